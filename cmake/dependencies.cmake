@@ -1,0 +1,28 @@
+# Every third-party library in one place; ./dev installs their Debian packages.
+find_package(TBB REQUIRED)
+find_package(fmt REQUIRED)
+find_package(Eigen3 REQUIRED)
+find_package(embree 3 REQUIRED)
+find_package(meshoptimizer REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(PNG REQUIRED)
+find_package(LibArchive REQUIRED)
+find_package(pugixml REQUIRED)
+find_package(nlohmann_json REQUIRED)
+
+# Debian's GDCM CMake package asks for the tools of every language binding; the libraries alone will do.
+add_library(turgor_gdcm INTERFACE)
+find_path(GDCM_INCLUDE gdcmImageReader.h PATH_SUFFIXES gdcm-3.0 REQUIRED)
+target_include_directories(turgor_gdcm SYSTEM INTERFACE ${GDCM_INCLUDE})
+foreach(part MSFF DICT IOD DSED Common)
+  string(TOLOWER ${part} lower)
+  find_library(GDCM_${part} NAMES gdcm${part} REQUIRED)
+  target_link_libraries(turgor_gdcm INTERFACE ${GDCM_${part}})
+endforeach()
+
+add_library(turgor_nifti INTERFACE)
+find_path(NIFTI_INCLUDE nifti2_io.h PATH_SUFFIXES nifti REQUIRED)
+find_library(NIFTI_IO NAMES nifti2 REQUIRED)
+find_library(NIFTI_ZNZ NAMES znz REQUIRED)
+target_include_directories(turgor_nifti SYSTEM INTERFACE ${NIFTI_INCLUDE})
+target_link_libraries(turgor_nifti INTERFACE ${NIFTI_IO} ${NIFTI_ZNZ})

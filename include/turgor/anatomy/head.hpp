@@ -1,0 +1,55 @@
+// A head built from a scan: surfaces of skin and bones, airway, landmarks.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "turgor/anatomy/landmarks.hpp"
+#include "turgor/core/context.hpp"
+#include "turgor/geometry/tri_mesh.hpp"
+#include "turgor/imaging/scan.hpp"
+
+namespace turgor {
+
+struct HeadOptions {
+  int bone_threshold_hu = 250;      ///< starting level; refined automatically unless fixed
+  bool refine_bone_threshold = true;
+  int skin_triangles = 60'000;      ///< surfaces after reduction
+  int bone_triangles = 90'000;
+  double smoothing = 1.0;           ///< 0 none, 1 default, up to 3
+  std::optional<Plane> occlusal_plane;  ///< correction of the cut between upper and lower teeth, normal upwards
+  bool separate_mandible = true;
+};
+
+/// How the mandible was found.
+enum class MandibleState {
+  separate,  ///< its own piece in the voxels
+  cut,       ///< touched the skull and was cut free at the joint spaces or between the teeth
+  absent,    ///< the scan ends above it (or it was not found)
+};
+
+struct Head {
+  TriMesh skin;      ///< outside of the head, nostrils, ears and mouth closed; open only where the scan cuts the head
+  TriMesh skull;     ///< with upper teeth
+  TriMesh mandible;  ///< with lower teeth; empty where absent
+  TriMesh teeth;     ///< both rows, enamel and dentine by density, for display
+  TriMesh airway;    ///< nose, mouth, sinuses, pharynx; may be empty
+  MandibleState mandible_state = MandibleState::absent;
+  TriMesh mandible_cut;  ///< where the mandible was cut free, to be shown; empty unless state is `cut`
+  std::optional<Plane> occlusal_plane;  ///< found or given; normal upwards
+
+  double skin_level_hu = 0, bone_level_hu = 0;  ///< global levels, before local refinement
+  Box3 scan_box;            ///< of the voxel centres, mm
+  bool open_below = false;  ///< the scan cuts head or neck at its lower end
+  double skin_volume_ml = 0, bone_volume_ml = 0;
+  int removed_pieces = 0;   ///< head holder, table, cables
+  Plane midsagittal{{1, 0, 0}, 0};  ///< normal to the patient's left
+};
+
+/// Scan to head. Errors: no skin, no bone, upside down, not a head.
+Result<Head> build_head(const Scan& scan, const HeadOptions& options, Context& context);
+
+/// The landmarks that the surfaces show, in patient coordinates.
+Landmarks find_landmarks(const Head& head, Context& context);
+
+}  // namespace turgor
