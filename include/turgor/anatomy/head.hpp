@@ -32,6 +32,7 @@ struct Head {
   TriMesh skin;      ///< outside of the head, nostrils, ears and mouth closed; open only where the scan cuts the head
   TriMesh skull;     ///< with upper teeth
   TriMesh mandible;  ///< with lower teeth; empty where absent
+  TriMesh rami;      ///< of a mandible whose body the scan does not show (state absent): bone under tissue, never moved
   TriMesh teeth;     ///< both rows, enamel and dentine by density, for display
   TriMesh airway;    ///< nose, mouth, sinuses, pharynx; may be empty
   MandibleState mandible_state = MandibleState::absent;

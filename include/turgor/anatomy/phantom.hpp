@@ -4,7 +4,10 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "turgor/core/context.hpp"
 #include "turgor/geometry/tri_mesh.hpp"
@@ -31,6 +34,9 @@ enum class PhantomLabel : std::uint8_t {
   airway = 8, brain = 9, eye = 10, holder = 11, cartilage = 12,
 };
 
+/// A surface of the phantom; `bone` is whichever of skull and mandible comes first.
+enum class PhantomSurface : std::uint8_t { skin, skull, mandible, bone };
+
 /// The exact shapes. Signed distances (mm, negative inside, exact to first order near the surface), LPS mm, the head
 /// upright, midsagittal plane x = 0, nose towards -y. Thread-safe.
 class Phantom {
@@ -49,7 +55,17 @@ class Phantom {
   [[nodiscard]] double hounsfield(const Vec3& p) const;
   /// True landmark positions by name (the names of anatomy/landmarks.hpp), on the surfaces above.
   [[nodiscard]] const std::map<std::string, Vec3>& landmarks() const;
+  /// What the scan covers (voxels' outer faces), cutting the neck at its lower end.
   [[nodiscard]] Box3 extent() const;
+
+  /// Distance along the ray (unit `direction`) to where it first crosses the surface, either way, good to 1e-6 mm;
+  /// nothing where it does not within `max_mm`.
+  [[nodiscard]] std::optional<double> trace(PhantomSurface surface, const Vec3& origin, const Vec3& direction,
+                                            double max_mm) const;
+  /// Exact thickness of the soft tissue: from each point straight towards its target (one for all, or one a point) to
+  /// the first bone, mm; NaN where none lies before the target.
+  [[nodiscard]] Result<std::vector<double>> thickness_map(std::span<const Vec3> points, std::span<const Vec3> targets,
+                                                          Context& context) const;
 
   /// The CT: partial volume by supersampling, blur, noise. The same bits for any number of threads.
   [[nodiscard]] Result<CtVolume> scan(Context& context) const;

@@ -4,29 +4,37 @@
 #include <vector>
 
 #include "turgor/core/context.hpp"
-#include "turgor/dynamics/chain.hpp"
+#include "turgor/dynamics/prescribed_motion.hpp"
 #include "turgor/tissue/network.hpp"
 
 namespace turgor {
 
 struct EquilibriumOptions {
-  double relative_residual = 1e-6;  ///< force norm over the norm at the start (or over the reactions)
-  int max_newton_steps = 200;
-  int load_steps = 1;               ///< prescribed motion applied in so many parts
+  /// Norm of the forces on all free points over the norm of the reactions at the moved and fixed points. Where the
+  /// reactions vanish at equilibrium, over a thousandth of the norm of the free points' forces at the start, or the
+  /// forces that a strain of 1e-6 would make in every element, whichever is larger. Above 0.
+  double relative_residual = 1e-6;
+  int max_newton_steps = 200;  ///< of all load steps together, ≥ 1
+  int load_steps = 1;          ///< prescribed motion applied in so many parts, ≥ 1
 };
 
 struct EquilibriumResult {
-  std::vector<Vec3> positions;     ///< mm, all points
-  double residual_n = 0;           ///< largest force left on a free point, N
-  double relative_residual = 0;
+  std::vector<Vec3> positions;   ///< mm, all points
+  double residual_n = 0;         ///< largest force left on a free point, N
+  double relative_residual = 0;  ///< as in the options
+  double reaction_n = 0;         ///< norm of the reactions at the moved and fixed points, N
   double energy_nmm = 0;
   int newton_steps = 0;
   int linear_iterations = 0;
+  int inverted_volumes = 0;      ///< flat or inverted at the end
   bool converged = false;
 };
 
 /// Newton's method with a line search on the network's energy; the linear systems by preconditioned conjugate gradients
-/// on the Hessian projected to be positive definite. Deterministic. `start` (optional) is a first guess.
+/// on the Hessian, projected to be positive definite where it is not. Deterministic. The search starts from the linear
+/// answer to the motion, or from `start` (one position per point; optional).
+/// Where it does not converge the best state found comes back with converged = false and a warning. Errors: an invalid
+/// network, motion, option or start; a motion so large that its forces are not finite; cancelled.
 Result<EquilibriumResult> solve_equilibrium(const SpringNetwork& network, const PrescribedMotion& motion,
                                             const EquilibriumOptions& options, Context& context,
                                             const std::vector<Vec3>* start = nullptr);

@@ -38,7 +38,8 @@ std::vector<Vec3> point_normals(const TriMesh& mesh);
 /// Area-weighted (unnormalised) normal of one triangle: length is twice the area.
 inline Vec3 triangle_normal(const TriMesh& mesh, const Index3& t) {
   const Vec3& a = mesh.points[static_cast<std::size_t>(t[0])];
-  return cross(mesh.points[static_cast<std::size_t>(t[1])] - a, mesh.points[static_cast<std::size_t>(t[2])] - a);
+  return cross(mesh.points[static_cast<std::size_t>(t[1])] - a,
+               mesh.points[static_cast<std::size_t>(t[2])] - a);
 }
 
 /// How a surface is joined together.
@@ -52,7 +53,8 @@ Topology topology(const TriMesh& mesh);
 
 /// Component number of each triangle (joined through shared points), components numbered by falling area.
 std::vector<int> triangle_components(const TriMesh& mesh);
-/// The points reached by `keep` triangles, renumbered in order. `point_map` (optional) receives new index or -1.
+/// The points reached by `keep` triangles, renumbered in order. `point_map` (optional) receives new index or
+/// -1.
 TriMesh submesh(const TriMesh& mesh, const std::vector<bool>& keep, std::vector<int>* point_map = nullptr);
 TriMesh append(TriMesh a, const TriMesh& b);
 TriMesh transformed(TriMesh mesh, const RigidTransform& transform);

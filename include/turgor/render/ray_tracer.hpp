@@ -2,27 +2,32 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "turgor/core/context.hpp"
 #include "turgor/geometry/tri_mesh.hpp"
+#include "turgor/render/annotate.hpp"
+#include "turgor/render/camera.hpp"
+#include "turgor/render/colour_map.hpp"
+#include "turgor/render/image.hpp"
 
 namespace turgor {
 
-struct Image {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> rgb;  ///< 3 bytes a pixel (sRGB), rows from the top
-};
-Result<void> write_png(const std::filesystem::path& path, const Image& image);
-std::vector<std::byte> encode_png(const Image& image);
-
+/// `plain` is matte, for colours that are to be read against a legend; the others look like what they are
+/// named.
 enum class MaterialKind { skin, bone, teeth, mucosa, plain };
 struct Material {
   MaterialKind kind = MaterialKind::plain;
-  Vec3f colour{0.8f, 0.8f, 0.8f};  ///< linear RGB; used by `plain` and where point colours are absent
+  Vec3f colour{0.8f, 0.8f, 0.8f};  ///< linear RGB; used by `plain` where point colours are absent
+  /// Below 1 the body is a thin coloured film: seen by its front-most surface only, denser where seen
+  /// edge-on, casting no shadow on other bodies and lit as though it stood alone.
   double opacity = 1.0;
+  /// Of a translucent body: also draws its outline as a line in its colour, through whatever stands before
+  /// it, except where it lies on the solid bodies. Shows where a face was that now lies below the new one.
+  /// Opacity may then be 0.
+  bool outline = false;
 };
 
 struct Body {
@@ -31,35 +36,38 @@ struct Body {
   std::vector<Vec3f> point_colours;  ///< empty, or linear RGB per point (overrides the material's colour)
 };
 
-/// Orthographic where fov_deg is 0.
-struct CameraView {
-  Vec3 eye, target;
-  Vec3 up{0, 0, 1};
-  double fov_deg = 0;
-  double height_mm = 280;  ///< of the picture at the target, orthographic
-};
-enum class StandardView { front, three_quarter_left, three_quarter_right, profile_left, profile_right, back, top, below };
-/// A view of the whole box from the patient's named side ("profile_right" shows the right cheek).
-CameraView standard_view(StandardView view, const Box3& box);
+enum class Backdrop { flat, studio };
 
 struct RenderOptions {
   int width = 900, height = 1000;
-  int samples = 16;          ///< rays a pixel
+  int samples = 16;  ///< rays a pixel where the picture has edges; light takes its share of them everywhere
   Vec3f background{1, 1, 1};
   std::uint64_t seed = 1;
+  Backdrop backdrop = Backdrop::flat;  ///< `studio` darkens the background softly towards the corners
 };
-/// The same bits for any number of threads.
+
+/// Bodies made ready for any number of pictures. Holds copies; the meshes need not outlive create().
+class Renderer {
+ public:
+  /// Errors: a mesh that is missing, empty or not valid, colours that do not match it, opacity outside [0,
+  /// 1].
+  static Result<Renderer> create(const std::vector<Body>& bodies, Context& context);
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+  ~Renderer();
+
+  /// The same bits for any number of threads. Errors: a camera without a frame, a size outside 1 … 16384 or
+  /// more than 40 million pixels, samples below 1 or above 4096, a background that is not finite.
+  Result<Image> render(const CameraView& camera, const RenderOptions& options, Context& context) const;
+
+ private:
+  struct Implementation;
+  explicit Renderer(std::unique_ptr<Implementation> impl);
+  std::unique_ptr<Implementation> impl_;
+};
+
+/// One picture: Renderer::create and render.
 Result<Image> render(const std::vector<Body>& bodies, const CameraView& camera, const RenderOptions& options,
                      Context& context);
-
-/// A perceptually uniform colour map (viridis), t in [0, 1], linear RGB.
-Vec3f colour_map(double t);
-/// Draws a vertical colour bar with ticks and a title at the right edge.
-void draw_legend(Image& image, double lowest, double highest, const std::string& title);
-/// Text with its top left corner at (x, y); 'size' pixels high.
-void draw_text(Image& image, int x, int y, int size, const std::string& text, const Vec3f& colour = {0, 0, 0});
-/// A filled dot at the projection of `point`, with a label beside it.
-void draw_marker(Image& image, const CameraView& camera, const Vec3& point, const std::string& label,
-                 const Vec3f& colour);
 
 }  // namespace turgor

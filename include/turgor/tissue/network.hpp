@@ -1,8 +1,8 @@
 // The spring network: points, springs and volumes, and the laws of their materials (models.md 1 and 2).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
 #include "turgor/core/error.hpp"
@@ -24,15 +24,23 @@ struct Spring {
   SpringKind kind = SpringKind::membrane;
 };
 
-/// A tetrahedron whose volume is kept: energy ½ k V0 ((V − V0)/V0)², k in MPa (a bulk modulus).
+/// A tetrahedron whose volume is kept: energy ½ k V0 ((V − V0)/V0)², k in MPa (a bulk modulus), V signed, so that an
+/// inverted element is pushed back. That energy is finite at V = 0; `inversion_guard_mpa` = g > 0 adds
+/// ⅓ g V0 (j − V/V0)³/j² below V/V0 = j = kGuardFrom: pressure −g at V = 0, growing without bound beyond. It is smooth
+/// (C²) and finite for every V, so that a solve may start from an inverted state; it resists inversion, it does not
+/// exclude it.
 struct VolumeElement {
-  int p[4] = {0, 0, 0, 0};     ///< positive volume at rest
-  double rest_volume_mm3 = 1;  ///< > 0
-  double modulus_mpa = 0;
+  int p[4] = {0, 0, 0, 0};         ///< positive volume at rest
+  double rest_volume_mm3 = 1;      ///< > 0
+  double modulus_mpa = 0;          ///< ≥ 0
+  double inversion_guard_mpa = 0;  ///< ≥ 0; 0: none
+
+  static constexpr double kGuardFrom = 0.2;
 };
 
 /// The immutable recipe. Running state (positions, velocities) lives with the solvers.
-/// Invariant (see validate): indices in range, a != b, rest lengths and volumes > 0, all finite.
+/// Invariant (see validate): indices in range, a != b, rest lengths and volumes > 0, all finite, coordinates within
+/// kFarthestMm.
 struct SpringNetwork {
   std::vector<Vec3> rest;                ///< mm
   std::vector<double> mass_g;            ///< per point
@@ -40,14 +48,35 @@ struct SpringNetwork {
   std::vector<VolumeElement> volumes;
 };
 
+/// Coordinates reach no farther, mm: a thousand kilometres, so that no sum of squares overflows.
+inline constexpr double kFarthestMm = 1e9;
+inline bool is_within_reach(const Vec3& p) {
+  return std::abs(p.x) <= kFarthestMm && std::abs(p.y) <= kFarthestMm && std::abs(p.z) <= kFarthestMm;
+}
+
+/// Errors name the first spring, volume or point that breaks the invariant.
 Result<void> validate(const SpringNetwork& network);
 
 /// Signed tension along the spring, N (positive pulls the ends together), its energy in N·mm, and dT/dL in N/mm:
-/// the exact derivatives of one energy, E(L0) = 0.
+/// the exact derivatives of one energy, E(L0) = 0. Finite for every finite length ≥ 0: beyond the strain
+/// kStrainLimit the tension goes on along its tangent.
 struct SpringResponse {
   double energy, tension, slope;
 };
 SpringResponse respond(const Spring& spring, double length_mm);
 
+/// Fifty-one times its length, or a fifty-first of it: far outside tissue, and e^50 still squares to a finite number.
+inline constexpr double kStrainLimit = 50.0;
+
+/// Energy in N·mm, its derivative dE/dV in MPa (negative when compressed) and d²E/dV² in MPa/mm³.
+struct VolumeResponse {
+  double energy, mean_stress, slope;
+};
+VolumeResponse respond(const VolumeElement& element, double volume_mm3);
+
+/// ⅙ (b − a)·((c − a) × (d − a)).
+inline double signed_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return dot(b - a, cross(c - a, d - a)) / 6.0;
+}
 
 }  // namespace turgor

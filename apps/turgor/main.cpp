@@ -1,0 +1,70 @@
+// turgor: from a head scan to the face after surgery. See `turgor help`.
+#include <fmt/format.h>
+
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "subcommands.hpp"
+#include "terminal.hpp"
+#include "turgor/commands/help.hpp"
+#include "turgor/core/parallel.hpp"
+
+namespace turgor {
+namespace {
+
+Result<void> print_commands(const Invocation& arguments) {
+  const std::string& format = arguments.word("format");
+  if (format == "md") {
+    fmt::print("{}", commands_markdown());
+  } else if (format == "json") {
+    fmt::print("{}", commands_schema());
+  } else {
+    fmt::print("{}", completion_script(format == "bash" ? Shell::bash : format == "zsh" ? Shell::zsh : Shell::fish));
+  }
+  return {};
+}
+
+Result<void> print_help(const Invocation& arguments) {
+  const std::vector<std::string> topic = arguments.words("topic");
+  TURGOR_TRY(const std::string text, help_topic(topic));
+  fmt::print("{}", text);
+  return {};
+}
+
+Result<void> dispatch(const Invocation& arguments, const std::string& command_line, Context& context) {
+  const std::string_view name = arguments.name();
+  if (name == "help") return print_help(arguments);
+  if (name == "commands") return print_commands(arguments);
+  if (name == "info") return run_info(arguments, context);
+  if (name == "phantom") return run_phantom(arguments, context);
+  if (name == "build") return run_build(arguments, command_line, context);
+  if (name == "predict") return run_predict(arguments, command_line, context);
+  fmt::print("turgor {}\n", program_version);
+  return {};
+}
+
+int run(const std::vector<std::string>& words) {
+  std::string command_line = "turgor";
+  for (const std::string& word : words) command_line += ' ' + quote_word(word);
+  const auto arguments = parse_arguments(words, program_commands());
+  if (!arguments) return fail(arguments.error());
+  if (arguments->command().find("threads") != nullptr) set_thread_count(static_cast<int>(arguments->integer("threads")));
+  const auto context = make_terminal_context();
+  const auto done = dispatch(*arguments, command_line, *context);
+  return done ? 0 : fail(done.error());
+}
+
+}  // namespace
+}  // namespace turgor
+
+int main(int argc, char** argv) {
+  try {
+    return turgor::run({argv + 1, argv + argc});
+  } catch (const std::bad_alloc&) {
+    return turgor::fail({turgor::ErrorKind::system, "not enough memory", "", "Use -quality draft, or a machine with more memory"});
+  } catch (const std::exception& error) {
+    return turgor::fail({turgor::ErrorKind::internal, std::string("a fault in the program: ") + error.what(), "",
+                         "Please report it with the command and the input"});
+  }
+}

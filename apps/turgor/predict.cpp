@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include "subcommands.hpp"
+#include "turgor/commands/plan.hpp"
+#include "turgor/core/file.hpp"
+#include "turgor/render/results.hpp"
+
+namespace turgor {
+namespace {
+
+Quality quality_of(const Invocation& arguments) {
+  const std::string& word = arguments.word("quality");
+  return word == "draft" ? Quality::draft : word == "fine" ? Quality::fine : Quality::normal;
+}
+
+std::vector<Solver> solvers_of(const Invocation& arguments) {
+  bool chain = false, network = false;
+  for (const std::string& word : arguments.words("solver")) (word == "chain" ? chain : network) = true;
+  std::vector<Solver> out;
+  if (network) out.push_back(Solver::network);  // the main one wherever it runs
+  if (chain) out.push_back(Solver::chain);
+  return out;
+}
+
+void print_summary(const std::vector<Prediction>& predictions, const std::filesystem::path& folder) {
+  for (const Prediction& p : predictions) {
+    for (const SoftToHard& r : p.ratios) {
+      fmt::print("{:<8} {:<18} {:6.2f} mm of {:5.2f} mm ({:.2f})\n", name_of(p.solver), r.soft, r.soft_mm, r.hard_mm, r.ratio());
+    }
+  }
+  fmt::print("report: {}\n", (folder / "report.html").string());
+}
+
+}  // namespace
+
+Result<void> run_predict(const Invocation& arguments, const std::string& command_line, Context& context) {
+  const std::filesystem::path folder = arguments.path("output");
+  TURGOR_TRY(const Plan plan, read_plan(arguments.path("plan")));
+  CaseOptions options;
+  SolverOptions solvers;
+  apply_settings(plan, quality_of(arguments), options, solvers);
+  apply_solver_flags(arguments, options, solvers);
+  if (arguments.given("series")) options.scan.series = arguments.word("series");
+
+  TURGOR_TRY(PatientCase patient, PatientCase::open(arguments.path("scan"), options, context));
+  TURGOR_CHECK(apply_operations(plan, patient));
+  std::vector<Prediction> predictions;
+  for (const Solver solver : solvers_of(arguments)) {
+    TURGOR_TRY(Prediction prediction, predict(patient, solver, solvers, context));
+    predictions.push_back(std::move(prediction));
+  }
+  TURGOR_TRY(StagedFolder staged, StagedFolder::create(folder));
+  const CaseResults results{patient, predictions, {program_version, command_line, plan.name, plan.text(), solvers}};
+  TURGOR_CHECK(write_results(results, staged.path(), context));
+  TURGOR_CHECK(staged.commit());
+  print_summary(predictions, folder);
+  return {};
+}
+
+Result<void> run_build(const Invocation& arguments, const std::string& command_line, Context& context) {
+  Plan plan;
+  if (arguments.given("plan")) {
+    TURGOR_TRY(plan, read_plan(arguments.path("plan")));
+  }
+  CaseOptions options;
+  SolverOptions solvers;
+  apply_settings(plan, Quality::normal, options, solvers);
+  if (arguments.given("series")) options.scan.series = arguments.word("series");
+  TURGOR_TRY(const PatientCase patient, PatientCase::open(arguments.path("scan"), options, context));
+  TURGOR_TRY(StagedFolder staged, StagedFolder::create(arguments.path("output")));
+  const std::vector<Prediction> none;
+  const CaseResults results{patient, none, {program_version, command_line, plan.name, plan.text(), solvers}};
+  TURGOR_CHECK(write_results(results, staged.path(), context));
+  TURGOR_CHECK(staged.commit());
+  fmt::print("report: {}\n", (arguments.path("output") / "report.html").string());
+  return {};
+}
+
+}  // namespace turgor

@@ -1,0 +1,185 @@
+#include "anatomy/phantom_pose.hpp"
+
+namespace turgor::phantom {
+namespace {
+
+using implicit::smooth_step;
+
+constexpr double cell_mm = 8;
+const Box3 indexed_box{{-112, -140, -192}, {112, 140, 144}};
+
+// Depth and height over which the mandible's body grows: before it all moves with the chin, behind it nothing moves.
+constexpr double body_front = -42, body_back = -10;
+
+double gaussian(const Vec3& q, const Vec3& centre, double width) {
+  const Vec3 d{std::abs(q.x) - centre.x, q.y - centre.y, q.z - centre.z};
+  return std::exp(-squared_length(d) / (2 * width * width));
+}
+
+Fit fit_of(const PhantomParameters& parameters) {
+  Fit fit;
+  if (parameters.condyles_touch) {
+    const double narrow = std::min(0.3, 0.4 * std::min(parameters.voxel_mm, parameters.slice_mm));
+    fit.joint_gap = fit.occlusal_gap = narrow / parameters.size;
+  }
+  return fit;
+}
+
+Field with_teeth(Field bone, Field teeth) {
+  bone.join(implicit::group(std::move(teeth)), 0.8);
+  return bone;
+}
+
+}  // namespace
+
+PosedParts::PosedParts(const PhantomParameters& parameters) : parameters_(parameters) {
+  const Fit fit = fit_of(parameters);
+  const auto put = [&](Part part, Field field) {
+    fields_[static_cast<std::size_t>(part)] = implicit::IndexedField(std::move(field), indexed_box, cell_mm);
+  };
+  Field brain;
+  brain.join(brain_space());
+  put(Part::skin, skin());
+  put(Part::skull, with_teeth(skull_bone(fit), upper_teeth(fit)));
+  put(Part::mandible, with_teeth(mandible_bone(fit), lower_teeth(fit)));
+  put(Part::upper_teeth, upper_teeth(fit));
+  put(Part::lower_teeth, lower_teeth(fit));
+  put(Part::air, air_spaces());
+  put(Part::muscle, muscles());
+  put(Part::brain, std::move(brain));
+  put(Part::cartilage, cartilage());
+  put(Part::holder, head_holder());
+  // The shares change by at most 1.875/32 per mm in each of two directions, the thickening by less than 0.8.
+  const double warp = 1 + std::abs(parameters.jaw_protrusion_mm) / parameters.size * 2.2 / 32;
+  for (std::size_t i = 0; i < part_count; ++i) {
+    const auto part = static_cast<Part>(i);
+    const bool fixed = part == Part::skull || part == Part::upper_teeth || part == Part::brain || part == Part::holder;
+    stretch_[i] = fixed ? 1 : warp;
+  }
+  thickening_slope_[static_cast<std::size_t>(Part::skin)] = 0.8 * std::abs(parameters.thickness - 1);
+}
+
+double PosedParts::lipschitz(Part part) const {
+  const auto i = static_cast<std::size_t>(part);
+  return fields_[i].lipschitz() * stretch_[i] + thickening_slope_[i];
+}
+
+double PosedParts::lipschitz(Part part, const Vec3& p, double radius) const {
+  const auto i = static_cast<std::size_t>(part);
+  return fields_[i].lipschitz(reference(part, p), reference_radius(part, radius)) * stretch_[i] + thickening_slope_[i];
+}
+
+double PosedParts::reference_radius(Part part, double radius) const {
+  const double scale = part == Part::holder ? 1 : parameters_.size;
+  return radius / scale * stretch_[static_cast<std::size_t>(part)];
+}
+
+double PosedParts::bone_share(const Vec3& q) const {
+  return smooth_step(body_back, body_front, q.y) * smooth_step(-6, -40, q.z);
+}
+
+double PosedParts::soft_share(const Vec3& q) const {
+  // The lip line of a retruded jaw stays with the upper teeth, whose edges it has to cover.
+  const bool forward = parameters_.jaw_protrusion_mm >= 0;
+  const double lips = forward ? smooth_step(-34, -60, q.z) : smooth_step(-44, -68, q.z);
+  return smooth_step(body_back, body_front, q.y) * lips * smooth_step(-160, -100, q.z);
+}
+
+// Where a point lay before the jaw grew forward, along the occlusal plane.
+Vec3 PosedParts::without_protrusion(const Vec3& q, double share) const {
+  const double d = parameters_.jaw_protrusion_mm / parameters_.size * share;
+  return {q.x, q.y + d, q.z + occlusal_slope * d};
+}
+
+// Soft tissue over the bone, mm: what a thickness of 1 stands for.
+double PosedParts::thickening(const Vec3& q) const {
+  double t = 5.5;
+  t += 10 * gaussian(q, {38, -58, -38}, 17) + 5 * gaussian(q, {48, -22, -45}, 18) + 2.5 * gaussian(q, {30, -80, -10}, 14);
+  t += 5.5 * gaussian(q, {0, -104, -34}, 14) + 5 * gaussian(q, {0, -98, -70}, 14);
+  t -= 2.5 * gaussian(q, {0, -104, 2}, 13) + 1.5 * gaussian(q, {0, -118, -14}, 10);
+  t -= 4.5 * gaussian(q, {78, 8, 0}, 22);
+  t -= 3.5 * gaussian(q, {31, -88, 12}, 12);
+  t -= 4.5 * gaussian(q, {0, -104, -47}, 7) + 4 * gaussian(q, {18, -98, -47}, 7);
+  return t;
+}
+
+Vec3 PosedParts::reference(Part part, const Vec3& p) const {
+  if (part == Part::holder) return p;
+  const Vec3 q = p / parameters_.size;
+  if (parameters_.jaw_protrusion_mm == 0) return q;
+  switch (part) {
+    case Part::mandible:
+    case Part::lower_teeth: return without_protrusion(q, bone_share(q));
+    case Part::skin:
+    case Part::air:
+    case Part::muscle:
+    case Part::cartilage: return without_protrusion(q, soft_share(q));
+    default: return q;
+  }
+}
+
+double PosedParts::posed(Part part, const Vec3& q, double value) const {
+  if (part == Part::holder) return value;
+  if (part == Part::skin && parameters_.thickness != 1) value -= (parameters_.thickness - 1) * thickening(q);
+  return value * parameters_.size;
+}
+
+double PosedParts::value(Part part, const Vec3& p) const {
+  const Vec3 q = reference(part, p);
+  return posed(part, q, fields_[static_cast<std::size_t>(part)].value(q));
+}
+
+double PosedParts::value(Part part, const Vec3& p, const LocalFields& local) const {
+  const auto i = static_cast<std::size_t>(part);
+  const Vec3 q = reference(part, p);
+  return posed(part, q, (local.held >> i & 1) != 0 ? local.fields[i].value(q) : fields_[i].value(q));
+}
+
+void PosedParts::add_local(LocalFields& local, Part part, const Vec3& centre, double radius,
+                           const LocalFields* wider) const {
+  const auto i = static_cast<std::size_t>(part);
+  const Vec3 q = reference(part, centre);
+  const double r = reference_radius(part, radius);
+  const bool known = wider != nullptr && (wider->held >> i & 1) != 0;
+  local.fields[i] = known ? wider->fields[i].shortened(q, r) : fields_[i].shortened(q, r);
+  local.held |= 1u << i;
+}
+
+Vec3 PosedParts::gradient(Part part, const Vec3& p) const {
+  constexpr double h = 1e-4;
+  Vec3 g;
+  for (int a = 0; a < 3; ++a) {
+    Vec3 low = p, high = p;
+    low[a] -= h, high[a] += h;
+    g[a] = (value(part, high) - value(part, low)) / (2 * h);
+  }
+  return g;
+}
+
+double PosedParts::distance(Part part, const Vec3& p) const {
+  // Far from the surface the field's own value is the better distance, and its gradient may vanish.
+  constexpr double near = 2, far = 6;
+  const double v = value(part, p);
+  if (std::abs(v) >= far) return v;
+  const double normalised = v / std::clamp(length(gradient(part, p)), 0.1, 10.0);
+  return normalised + (v - normalised) * implicit::smooth_step(near, far, std::abs(v));
+}
+
+double PosedParts::eye(const Vec3& p) const {
+  const Vec3 q = p / parameters_.size;
+  return (turgor::distance(Vec3{std::abs(q.x), q.y, q.z}, eye_centre) - eye_radius) * parameters_.size;
+}
+
+Vec3 PosedParts::place_bone(const Vec3& reference) const {
+  Vec3 q = reference;
+  for (int i = 0; i < 40; ++i) q += (reference - without_protrusion(q, bone_share(q))) * 0.7;
+  return q * parameters_.size;
+}
+
+Vec3 PosedParts::place_soft(const Vec3& reference) const {
+  Vec3 q = reference;
+  for (int i = 0; i < 40; ++i) q += (reference - without_protrusion(q, soft_share(q))) * 0.7;
+  return q * parameters_.size;
+}
+
+}  // namespace turgor::phantom

@@ -1,0 +1,146 @@
+#include "turgor/dynamics/equilibrium.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "dynamics/newton.hpp"
+
+namespace turgor {
+namespace {
+
+// Strain at which the forces of all springs together set the least scale of a residual.
+constexpr double kScaleStrain = 1e-6;
+// Before the last load step there is no use in a sharp answer.
+constexpr double kIntermediateResidual = 1e-2;
+
+Error bad(std::string what, std::string remedy) {
+  return {ErrorKind::bad_input, std::move(what), "equilibrium", std::move(remedy)};
+}
+
+Result<void> check(const EquilibriumOptions& o) {
+  if (!(o.relative_residual > 0) || !std::isfinite(o.relative_residual)) {
+    return bad(fmt::format("the relative residual asked for is {}", o.relative_residual), "It must lie above 0");
+  }
+  if (o.max_newton_steps < 1) return bad("no Newton steps are allowed", "Allow at least 1");
+  if (o.load_steps < 1) return bad("the motion is applied in no load step", "Ask for at least 1");
+  return {};
+}
+
+Result<void> check(const std::vector<Vec3>& start, std::size_t points) {
+  if (start.size() != points) {
+    return bad(fmt::format("the start has {} positions for {} points", start.size(), points),
+               "Give one position per point");
+  }
+  for (std::size_t i = 0; i < points; ++i) {
+    if (!is_within_reach(start[i])) {
+      return bad(fmt::format("the start position of point {} is not a finite number of millimetres", i), "Start from rest instead");
+    }
+  }
+  return {};
+}
+
+// Where every prescribed point is to end; free points at rest.
+std::vector<Vec3> final_positions(const SpringNetwork& network, const PrescribedMotion& motion) {
+  std::vector<Vec3> targets = network.rest;
+  for (std::size_t i = 0; i < motion.moved.size(); ++i) targets[motion.moved[i]] = motion.positions[i];
+  return targets;
+}
+
+// Free points in the order in which a walk over the springs meets them: neighbours get near numbers, so that domains of
+// consecutive rows are compact (Cuthill and McKee 1969).
+std::vector<int> order_free_points(const NetworkEnergy& energy, const PrescribedMotion& motion) {
+  std::vector<char> taken(static_cast<std::size_t>(energy.point_count()), 0);
+  for (const int p : motion.moved) taken[p] = 1;
+  for (const int p : motion.fixed) taken[p] = 1;
+  std::vector<int> order;
+  const auto take = [&](int p) {
+    if (taken[p]) return;
+    taken[p] = 1;
+    order.push_back(p);
+  };
+  const auto& springs = energy.spring_incidence();
+  const auto& volumes = energy.volume_incidence();
+  std::size_t done = 0;
+  for (int seed = 0; seed < energy.point_count(); ++seed) {
+    take(seed);
+    for (; done < order.size(); ++done) {
+      const int p = order[done];
+      for (int k = springs.offsets[p]; k < springs.offsets[p + 1]; ++k) {
+        const auto& ends = energy.spring_ends()[springs.entries[k] / 2];
+        take(springs.entries[k] % 2 == 0 ? ends.b : ends.a);
+      }
+      for (int k = volumes.offsets[p]; k < volumes.offsets[p + 1]; ++k) {
+        for (const int corner : energy.volume_corners()[volumes.entries[k] / 4].p) take(corner);
+      }
+    }
+  }
+  return order;
+}
+
+double force_scale(const SpringNetwork& network) {
+  double sum = 0;
+  for (const Spring& s : network.springs) sum += s.stiffness_n * s.stiffness_n;
+  for (const VolumeElement& v : network.volumes) {
+    const double k = v.modulus_mpa * std::cbrt(v.rest_volume_mm3 * v.rest_volume_mm3);
+    sum += k * k;
+  }
+  return kScaleStrain * std::sqrt(sum);
+}
+
+Error too_large() {
+  return bad("the prescribed motion stretches springs beyond what can be computed",
+             "Check the transform that moves the points");
+}
+
+}  // namespace
+
+Result<EquilibriumResult> solve_equilibrium(const SpringNetwork& network, const PrescribedMotion& motion,
+                                            const EquilibriumOptions& options, Context& context,
+                                            const std::vector<Vec3>* start) {
+  const Stage stage(context, "equilibrium");
+  TURGOR_CHECK(check(options));
+  TURGOR_TRY(const NetworkEnergy energy, NetworkEnergy::prepare(network));
+  TURGOR_CHECK(validate(motion, energy.point_count()));
+  if (start != nullptr) TURGOR_CHECK(check(*start, network.rest.size()));
+  Newton newton(energy, order_free_points(energy, motion), force_scale(network), context);
+  EquilibriumState state;
+  state.positions = start != nullptr ? *start : network.rest;
+  if (!newton.evaluate(state)) return too_large();
+
+  const std::vector<Vec3> targets = final_positions(network, motion);
+  const std::vector<Vec3> origin = state.positions;
+  bool converged = false;
+  for (int step = 1; step <= options.load_steps; ++step) {
+    const bool last = step == options.load_steps;
+    std::vector<Vec3> towards = targets;
+    for (std::size_t i = 0; !last && i < towards.size(); ++i) {
+      towards[i] = lerp(origin[i], targets[i], static_cast<double>(step) / options.load_steps);
+    }
+    TURGOR_TRY(const bool finite, newton.predict(state, towards));
+    if (!finite) return too_large();
+    const double tolerance = last ? options.relative_residual : kIntermediateResidual;
+    TURGOR_TRY(converged, newton.descend(state, tolerance, options.max_newton_steps));
+  }
+
+  EquilibriumResult result;
+  result.residual_n = newton.largest_free_force(state);
+  result.relative_residual = newton.relative_residual(state);
+  result.reaction_n = newton.reaction_norm(state);
+  result.energy_nmm = state.energy;
+  result.newton_steps = newton.steps();
+  result.linear_iterations = newton.linear_iterations();
+  result.inverted_volumes = energy.inverted_volumes(state.positions);
+  result.converged = converged;
+  if (!converged) {
+    context.warning(fmt::format("no equilibrium after {} Newton steps: the relative residual is {:.1e}, {:.1e} was asked for",
+                                result.newton_steps, result.relative_residual, options.relative_residual));
+  }
+  if (const int n = energy.coincident_springs(state.positions); n > 0) {
+    context.warning(fmt::format("{} springs have coincident ends and exert no force", n));
+  }
+  result.positions = std::move(state.positions);
+  return result;
+}
+
+}  // namespace turgor

@@ -1,0 +1,33 @@
+#include "turgor/render/results.hpp"
+
+#include <iterator>
+#include <system_error>
+
+#include "turgor/core/file.hpp"
+
+namespace turgor {
+
+Result<void> write_results(const CaseResults& results, const std::filesystem::path& folder, Context& context) {
+  const PictureOptions options;
+  std::vector<Picture> pictures;
+  if (!results.predictions.empty()) {
+    TURGOR_TRY(pictures, prediction_pictures(results.patient, results.predictions.front(), options, context));
+  }
+  TURGOR_TRY(std::vector<Picture> model, model_pictures(results.patient, options, context));
+  std::move(model.begin(), model.end(), std::back_inserter(pictures));
+
+  const Stage stage(context, "files");
+  TURGOR_CHECK(write_meshes(results, folder));
+  std::error_code code;
+  if (std::filesystem::create_directory(folder / "pictures", code); code) {
+    return Error{ErrorKind::system, "the folder cannot be made", (folder / "pictures").string(), "Check its permissions"};
+  }
+  for (const Picture& picture : pictures) {
+    TURGOR_CHECK(context.check());
+    TURGOR_CHECK(write_file(folder / "pictures" / (picture.name + ".png"), picture.png));
+  }
+  TURGOR_CHECK(write_file(folder / "report.html", report_html(results, pictures, context)));
+  return write_file(folder / "result.json", result_json(results, context));
+}
+
+}  // namespace turgor

@@ -1,0 +1,280 @@
+#include "turgor/tissue/network_energy.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/layered_slab.hpp"
+#include "turgor/core/parallel.hpp"
+#include "turgor/core/random.hpp"
+#include "turgor/tissue/stiffness_matrix.hpp"
+
+namespace turgor {
+namespace {
+
+// A slab with springs of all four laws and guarded volumes, and positions shaken so that springs are stretched and
+// compressed and some volumes are inverted.
+struct Shaken {
+  SpringNetwork network;
+  std::vector<Vec3> positions;
+};
+
+Shaken make_shaken(int nx, int ny, double amplitude_mm) {
+  support::SlabOptions options;
+  options.nx = nx;
+  options.ny = ny;
+  options.volumes = true;
+  Shaken shaken{support::make_slab(options).network, {}};
+  for (std::size_t i = 0; i < shaken.network.springs.size(); ++i) {
+    shaken.network.springs[i].law = static_cast<SpringLaw>(i % 4);
+  }
+  for (VolumeElement& v : shaken.network.volumes) v.inversion_guard_mpa = 0.5;
+  const RandomStream random(11);
+  shaken.positions = shaken.network.rest;
+  for (std::size_t i = 0; i < shaken.positions.size(); ++i) {
+    shaken.positions[i] +=
+        Vec3{random.normal(3 * i), random.normal(3 * i + 1), random.normal(3 * i + 2)} * amplitude_mm;
+  }
+  return shaken;
+}
+
+std::vector<Vec3> random_field(std::size_t n, std::uint64_t seed) {
+  const RandomStream random(seed);
+  std::vector<Vec3> v(n);
+  for (std::size_t i = 0; i < n; ++i) v[i] = {random.normal(3 * i), random.normal(3 * i + 1), random.normal(3 * i + 2)};
+  return v;
+}
+
+double inner(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += dot(a[i], b[i]);
+  return sum;
+}
+
+std::vector<Vec3> moved(const std::vector<Vec3>& x, const std::vector<Vec3>& v, double t) {
+  std::vector<Vec3> y = x;
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] += v[i] * t;
+  return y;
+}
+
+std::vector<Vec3> forces_at(const NetworkEnergy& energy, const std::vector<Vec3>& x) {
+  NetworkEnergy::Workspace workspace;
+  std::vector<Vec3> f(x.size());
+  energy.forces(x, f, workspace);
+  return f;
+}
+
+TEST(NetworkEnergy, IsTheSumOfItsElements) {
+  const Shaken s = make_shaken(4, 5, 1.0);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  double sum = 0;
+  for (const Spring& spring : s.network.springs) {
+    sum += respond(spring, distance(s.positions[spring.a], s.positions[spring.b])).energy;
+  }
+  for (const VolumeElement& v : s.network.volumes) {
+    sum += respond(v, signed_volume(s.positions[v.p[0]], s.positions[v.p[1]], s.positions[v.p[2]], s.positions[v.p[3]]))
+               .energy;
+  }
+  EXPECT_GT(energy.inverted_volumes(s.positions), 0) << "the test must reach inverted elements";
+  EXPECT_NEAR(energy.value(s.positions) / sum, 1, 1e-13);
+}
+
+TEST(NetworkEnergy, ForcesAreItsNegativeGradient) {
+  const Shaken s = make_shaken(4, 5, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  const std::vector<Vec3> f = forces_at(energy, s.positions);
+  const double h = 1e-5;
+  for (std::size_t i = 0; i < s.positions.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<Vec3> high = s.positions, low = s.positions;
+      high[i][axis] += h;
+      low[i][axis] -= h;
+      const double slope = (energy.value(high) - energy.value(low)) / (2 * h);
+      EXPECT_NEAR(f[i][axis], -slope, 1e-6 * (1 + std::abs(slope))) << i << ' ' << axis;
+    }
+  }
+}
+
+TEST(NetworkEnergy, StiffnessIsTheSlopeOfTheForces) {
+  const Shaken s = make_shaken(4, 5, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  NetworkEnergy::Workspace workspace;
+  ElementStiffness k;
+  energy.linearise(s.positions, Convexity::exact, k);
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const std::vector<Vec3> v = random_field(s.positions.size(), seed);
+    std::vector<Vec3> product(v.size());
+    energy.multiply(k, v, product, workspace);
+    const double h = 1e-6;
+    const std::vector<Vec3> high = forces_at(energy, moved(s.positions, v, h)),
+                            low = forces_at(energy, moved(s.positions, v, -h));
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const Vec3 slope = (high[i] - low[i]) / (2 * h);
+      EXPECT_LT(distance(product[i], -slope), 1e-5 * (1 + length(slope))) << i;
+    }
+  }
+}
+
+TEST(NetworkEnergy, ProjectedStiffnessIsSemiDefiniteAndNoSofterThanTheExactOne) {
+  const Shaken s = make_shaken(4, 5, 1.0);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  NetworkEnergy::Workspace workspace;
+  ElementStiffness exact, projected;
+  energy.linearise(s.positions, Convexity::exact, exact);
+  energy.linearise(s.positions, Convexity::projected, projected);
+  double lowest_exact = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    // Fields on a single element reach its negative directions, which a field on all points averages away.
+    std::vector<Vec3> v(s.positions.size());
+    const auto& corners = energy.volume_corners()[seed % energy.volume_corners().size()];
+    const std::vector<Vec3> local = random_field(4, seed);
+    for (int c = 0; c < 4; ++c) v[corners.p[c]] = local[static_cast<std::size_t>(c)];
+    std::vector<Vec3> ke(v.size()), kp(v.size());
+    energy.multiply(exact, v, ke, workspace);
+    energy.multiply(projected, v, kp, workspace);
+    EXPECT_GE(inner(v, kp), -1e-10);
+    EXPECT_GE(inner(v, kp) - inner(v, ke), -1e-10);
+    lowest_exact = std::min(lowest_exact, inner(v, ke));
+  }
+  EXPECT_LT(lowest_exact, -1e-3) << "the exact stiffness must be indefinite here, or the test says nothing";
+}
+
+TEST(NetworkEnergy, ProjectedElementsAloneAreSemiDefinite) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const std::vector<Vec3> x = random_field(4, seed), v = random_field(4, seed + 1000);
+    SpringNetwork net;
+    net.rest = x;
+    net.mass_g.assign(4, 1);
+    net.volumes.push_back({{0, 1, 2, 3}, 0.7, 1.0, seed % 2 == 0 ? 0.0 : 3.0});
+    net.springs.push_back({0, 1, 2.0, 1.0, static_cast<SpringLaw>(seed % 4), SpringKind::membrane});
+    const NetworkEnergy energy = *NetworkEnergy::prepare(net);
+    ElementStiffness k;
+    energy.linearise(x, Convexity::projected, k);
+    NetworkEnergy::Workspace workspace;
+    std::vector<Vec3> kv(4);
+    energy.multiply(k, v, kv, workspace);
+    EXPECT_GE(inner(v, kv), -1e-12) << seed;
+  }
+}
+
+TEST(NetworkEnergy, DoesNotChangeUnderRigidMotionAndItsForcesTurnAlong) {
+  const Shaken s = make_shaken(5, 6, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  const RigidTransform t = RigidTransform::translate({40, -20, 7}) *
+                           RigidTransform::rotate_about({1, 2, 3}, normalized(Vec3{1, -2, 0.5}), 1.1);
+  std::vector<Vec3> turned;
+  for (const Vec3& p : s.positions) turned.push_back(t.point(p));
+  EXPECT_NEAR(energy.value(turned) / energy.value(s.positions), 1, 1e-12);
+  const std::vector<Vec3> f = forces_at(energy, s.positions), g = forces_at(energy, turned);
+  double largest = 0;
+  for (const Vec3& v : f) largest = std::max(largest, length(v));
+  for (std::size_t i = 0; i < f.size(); ++i) EXPECT_LT(distance(t.direction(f[i]), g[i]), 1e-11 * largest);
+}
+
+TEST(NetworkEnergy, InternalForcesKeepLinearAndAngularMomentum) {
+  const Shaken s = make_shaken(8, 9, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  const std::vector<Vec3> f = forces_at(energy, s.positions);
+  Vec3 sum, moment;
+  double scale = 0;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    sum += f[i];
+    moment += cross(s.positions[i], f[i]);
+    scale += length(f[i]);
+  }
+  EXPECT_GT(scale, 1.0);
+  EXPECT_LT(length(sum), 1e-13 * scale);
+  EXPECT_LT(length(moment), 1e-13 * scale * 60) << "arms of up to 60 mm";
+}
+
+TEST(NetworkEnergy, CoincidentEndsExertNoForceAndAreCounted) {
+  Shaken s = make_shaken(4, 5, 0.2);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  EXPECT_EQ(energy.coincident_springs(s.positions), 0);
+  s.positions[s.network.springs[3].a] = s.positions[s.network.springs[3].b];
+  EXPECT_EQ(energy.coincident_springs(s.positions), 1);
+  EXPECT_TRUE(std::isfinite(energy.value(s.positions)));
+  for (const Vec3& f : forces_at(energy, s.positions)) EXPECT_TRUE(is_finite(f));
+  ElementStiffness k;
+  energy.linearise(s.positions, Convexity::exact, k);
+  for (const SpringStiffness& spring : k.springs) EXPECT_TRUE(is_finite(spring.direction * spring.transverse));
+}
+
+TEST(NetworkEnergy, HasTheSameBitsOnOneAndTwoThreads) {
+  const Shaken s = make_shaken(40, 50, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  std::vector<int> unknowns;
+  for (int i = 0; i < energy.point_count(); i += 1 + i % 2) unknowns.push_back(i);
+  struct Outcome {
+    double value;
+    std::vector<Vec3> forces;
+    std::vector<Mat3> blocks;
+  };
+  const auto run = [&](int threads) {
+    set_thread_count(threads);
+    ElementStiffness k;
+    energy.linearise(s.positions, Convexity::projected, k);
+    StiffnessMatrix matrix(energy, unknowns);
+    matrix.assemble(energy, k);
+    return Outcome{energy.value(s.positions), forces_at(energy, s.positions), matrix.blocks()};
+  };
+  const Outcome one = run(1), two = run(2);
+  set_thread_count(0);
+  EXPECT_EQ(one.value, two.value);
+  EXPECT_TRUE(one.forces == two.forces);
+  ASSERT_EQ(one.blocks.size(), two.blocks.size());
+  for (std::size_t i = 0; i < one.blocks.size(); ++i) ASSERT_EQ(one.blocks[i].c, two.blocks[i].c);
+}
+
+TEST(StiffnessMatrix, IsTheElementByElementProductRestrictedToTheUnknownPoints) {
+  const Shaken s = make_shaken(5, 6, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  std::vector<int> unknowns;  // every third point is held; the order of the rest is reversed
+  for (int i = energy.point_count() - 1; i >= 0; --i) {
+    if (i % 3 != 0) unknowns.push_back(i);
+  }
+  StiffnessMatrix matrix(energy, unknowns);
+  for (const Convexity convexity : {Convexity::exact, Convexity::projected}) {
+    ElementStiffness k;
+    energy.linearise(s.positions, convexity, k);
+    matrix.assemble(energy, k);
+    std::vector<Vec3> v = random_field(s.positions.size(), 3), expected(v.size());
+    for (std::size_t i = 0; i < v.size(); i += 3) v[i] = {};
+    NetworkEnergy::Workspace workspace;
+    energy.multiply(k, v, expected, workspace);
+    for (int row = 0; row < matrix.rows(); ++row) {
+      Vec3 sum;
+      for (int e = matrix.offsets()[row]; e < matrix.offsets()[row + 1]; ++e) {
+        sum += matrix.blocks()[e] * v[unknowns[matrix.columns()[e]]];
+      }
+      EXPECT_LT(distance(sum, expected[unknowns[row]]), 1e-11 * (1 + length(sum)));
+    }
+  }
+}
+
+TEST(StiffnessMatrix, IsSymmetricWithADiagonalBlockInEveryRow) {
+  const Shaken s = make_shaken(5, 6, 0.8);
+  const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  std::vector<int> unknowns;
+  for (int i = 0; i < energy.point_count(); i += 2) unknowns.push_back(i);
+  StiffnessMatrix matrix(energy, unknowns);
+  ElementStiffness k;
+  energy.linearise(s.positions, Convexity::exact, k);
+  matrix.assemble(energy, k);
+  const auto block = [&](int row, int column) -> const Mat3* {
+    for (int e = matrix.offsets()[row]; e < matrix.offsets()[row + 1]; ++e) {
+      if (matrix.columns()[e] == column) return &matrix.blocks()[e];
+    }
+    return nullptr;
+  };
+  for (int row = 0; row < matrix.rows(); ++row) {
+    EXPECT_EQ(matrix.columns()[matrix.diagonal()[row]], row);
+    for (int e = matrix.offsets()[row]; e < matrix.offsets()[row + 1]; ++e) {
+      const Mat3* twin = block(matrix.columns()[e], row);
+      ASSERT_NE(twin, nullptr);
+      const Mat3 t = twin->transposed();
+      for (std::size_t j = 0; j < 3; ++j) EXPECT_LT(distance(matrix.blocks()[e].c[j], t.c[j]), 1e-12);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace turgor

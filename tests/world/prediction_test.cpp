@@ -1,0 +1,165 @@
+#include "turgor/world/prediction.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "support/example_scan.hpp"
+#include "turgor/anatomy/phantom.hpp"
+#include "turgor/core/parallel.hpp"
+#include "turgor/surgery/operations.hpp"
+#include "turgor/world/reference_bands.hpp"
+
+namespace turgor {
+namespace {
+
+// A phantom's scan, read back from a file and built into a case.
+PatientCase open_phantom() {
+  PhantomParameters parameters;
+  parameters.voxel_mm = parameters.slice_mm = 1.2;
+  Context context;
+  const auto phantom = Phantom::create(parameters);
+  const auto scan = phantom->scan(context);
+  const auto path = std::filesystem::temp_directory_path() / ("turgor_world_" + std::to_string(::getpid()) + ".nrrd");
+  const auto written = write_nrrd(path, *scan);
+  auto opened = PatientCase::open(path, {}, context);
+  std::filesystem::remove(path);
+  if (!written || !opened) {
+    ADD_FAILURE() << (written ? opened.error().message() : written.error().message());
+    std::abort();
+  }
+  return *std::move(opened);
+}
+
+const PatientCase& phantom_case() {
+  static const PatientCase patient = open_phantom();
+  return patient;
+}
+
+Patient patient_of(const PatientCase& c) { return {c.head(), c.landmarks()}; }
+
+PatientCase with_setback(double mm) {
+  PatientCase patient = phantom_case();
+  const auto done = sagittal_split(patient.bones(), patient_of(phantom_case()), -mm);
+  EXPECT_TRUE(static_cast<bool>(done)) << done.error().message();
+  return patient;
+}
+
+const LandmarkShift& shift_of(const Prediction& p, std::string_view name) {
+  for (const LandmarkShift& l : p.landmarks) {
+    if (l.name == name) return l;
+  }
+  ADD_FAILURE() << "no landmark " << name;
+  return p.landmarks.front();
+}
+
+TEST(Predict, ASetbackOnThePhantomTakesTheSoftChinAlong) {
+  const PatientCase patient = with_setback(6);
+  Context context;
+  const auto p = predict(patient, Solver::network, {}, context);
+  ASSERT_TRUE(static_cast<bool>(p)) << p.error().message();
+  EXPECT_TRUE(p->equilibrium.converged);
+  EXPECT_EQ(p->inverted_prisms, 0);
+  bool judged = false;
+  for (const BandResult& b : judge(patient, *p)) {
+    RecordProperty(std::string(b.band->soft), std::to_string(b.ratio));
+    if (b.band->soft != "soft_pogonion") continue;
+    judged = true;
+    EXPECT_GE(b.ratio, 0.85);
+    EXPECT_LE(b.ratio, 1.15);
+  }
+  EXPECT_TRUE(judged);
+  // The upper face stays.
+  EXPECT_LT(length(shift_of(*p, "pronasale").after - shift_of(*p, "pronasale").before), 0.5);
+  EXPECT_LT(length(shift_of(*p, "soft_nasion").after - shift_of(*p, "soft_nasion").before), 0.05);
+}
+
+TEST(Predict, TheChainAgreesInDirectionAndKeepsTheUpperFace) {
+  const PatientCase patient = with_setback(6);
+  Context context;
+  const auto p = predict(patient, Solver::chain, {}, context);
+  ASSERT_TRUE(static_cast<bool>(p)) << p.error().message();
+  const LandmarkShift& chin = shift_of(*p, "soft_pogonion");
+  EXPECT_GT(chin.after.y - chin.before.y, 3.0);
+  EXPECT_LT(length(shift_of(*p, "soft_nasion").after - shift_of(*p, "soft_nasion").before), 1.0);
+}
+
+TEST(Predict, MouthOpeningPartsTheLips) {
+  PatientCase patient = phantom_case();
+  ASSERT_TRUE(static_cast<bool>(open_mouth(patient.bones(), patient_of(phantom_case()), radians(20))));
+  Context context;
+  const auto p = predict(patient, Solver::network, {}, context);
+  ASSERT_TRUE(static_cast<bool>(p)) << p.error().message();
+  const LandmarkShift &upper = shift_of(*p, "labrale_superius"), &lower = shift_of(*p, "labrale_inferius");
+  const double before = distance(upper.before, lower.before), after = distance(upper.after, lower.after);
+  EXPECT_GT(after, before + 8);
+  EXPECT_LT(length(upper.after - upper.before), 0.5 * length(lower.after - lower.before));
+}
+
+TEST(Predict, IsTheSameOnOneAndTwoThreads) {
+  const PatientCase patient = with_setback(6);
+  Context context;
+  set_thread_count(1);
+  const auto one = predict(patient, Solver::network, {}, context);
+  set_thread_count(2);
+  const auto two = predict(patient, Solver::network, {}, context);
+  set_thread_count(0);
+  ASSERT_TRUE(one && two);
+  EXPECT_TRUE(one->skin.points == two->skin.points);
+}
+
+TEST(Predict, APlanThatMovesNothingIsAnError) {
+  Context context;
+  const auto p = predict(phantom_case(), Solver::network, {}, context);
+  ASSERT_FALSE(static_cast<bool>(p));
+  EXPECT_NE(p.error().message().find("no bone under the tissue moves"), std::string::npos);
+}
+
+TEST(Predict, AMoveThatDrivesBoneThroughSkinIsAnError) {
+  PatientCase patient = phantom_case();
+  ASSERT_TRUE(static_cast<bool>(patient.bones().move("mandible", RigidTransform::translate({0, -70, 0}))));
+  Context context;
+  for (const Solver solver : {Solver::network, Solver::chain}) {
+    const auto p = predict(patient, solver, {}, context);
+    ASSERT_FALSE(static_cast<bool>(p)) << name_of(solver);
+    EXPECT_NE(p.error().message().find("'mandible'"), std::string::npos) << p.error().message();
+  }
+}
+
+TEST(Predict, ReleasedTissueDoesNotFollowTheBone) {
+  PatientCase held = with_setback(6), released = with_setback(6);
+  ASSERT_TRUE(static_cast<bool>(released.edit_attachment({false, "distal", {}, {}})));
+  Context context;
+  const auto all = predict(released, Solver::network, {}, context);
+  EXPECT_FALSE(static_cast<bool>(all));  // nothing is left that moves
+  const Vec3 chin = held.landmarks().find("pogonion")->second.point;
+  PatientCase part = with_setback(6);
+  ASSERT_TRUE(static_cast<bool>(part.edit_attachment({false, "distal", {}, std::pair{chin, 18.0}})));
+  const auto a = predict(held, Solver::network, {}, context), b = predict(part, Solver::network, {}, context);
+  ASSERT_TRUE(a && b);
+  const auto follow = [](const Prediction& p) { return length(shift_of(p, "soft_pogonion").after - shift_of(p, "soft_pogonion").before); };
+  EXPECT_LT(follow(*b), follow(*a) - 0.3);
+}
+
+TEST(Predict, TheRealScansMidfaceComesForward) {
+  TURGOR_NEED_EXAMPLE_SCAN();
+  Context context;
+  auto patient = PatientCase::open(test::example_scan(), {}, context);
+  ASSERT_TRUE(static_cast<bool>(patient)) << patient.error().message();
+  EXPECT_EQ(patient->head().mandible_state, MandibleState::absent);
+  EXPECT_TRUE(patient->scan_info().stored_left_handed);
+  SegmentMove move;
+  move.forward = 5;
+  const auto cut = le_fort_1(patient->bones(), {patient->head(), patient->landmarks()}, move);
+  ASSERT_TRUE(static_cast<bool>(cut)) << cut.error().message();
+  const auto p = predict(*patient, Solver::network, {}, context);
+  ASSERT_TRUE(static_cast<bool>(p)) << p.error().message();
+  EXPECT_EQ(p->inverted_prisms, 0);
+  const LandmarkShift& base = shift_of(*p, "subnasale");
+  EXPECT_LT(base.after.y, base.before.y - 1.0);
+  EXPECT_LT(length(shift_of(*p, "soft_nasion").after - shift_of(*p, "soft_nasion").before), 0.5);
+}
+
+}  // namespace
+}  // namespace turgor
