@@ -1,5 +1,5 @@
-// From a scan to a head and its landmarks, on the real scan of the Debian package invesalius-examples where it is
-// installed. The argument is the number of threads; the counters give the seconds of each stage.
+// From a scan to a head and its landmarks, on the real scan of the Debian package invesalius-examples where
+// it is installed. The argument is the number of threads; the counters give the seconds of each stage.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
@@ -15,7 +15,8 @@ namespace {
 const Scan* real_scan() {
   static const std::optional<Scan> scan = []() -> std::optional<Scan> {
     const char* given = std::getenv("TURGOR_EXAMPLE_SCAN");
-    const std::filesystem::path path = given ? given : "/usr/share/doc/invesalius-examples/examples/Cranium.inv3";
+    const std::filesystem::path path =
+        given ? given : "/usr/share/doc/invesalius-examples/examples/Cranium.inv3";
     if (!std::filesystem::exists(path)) return std::nullopt;
     Context context;
     auto read = read_scan(path, {}, context);

@@ -1,6 +1,6 @@
-// The solvers of tissue models on networks of the size of Duysak and Zhang's face (2005, section 4) and beyond. Counters
-// set what a solve moves and computes against the copy bandwidth measured in the same run (BM_Copy). `threads` is the
-// last argument.
+// The solvers of tissue models on networks of the size of Duysak and Zhang's face (2005, section 4) and
+// beyond. Counters set what a solve moves and computes against the copy bandwidth measured in the same run
+// (BM_Copy). `threads` is the last argument.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -72,16 +72,20 @@ support::Slab shuffled(support::Slab slab) {
   const RandomStream random(1);
   for (std::size_t i = number.size() - 1; i > 0; --i) std::swap(number[i], number[random.bits(i) % (i + 1)]);
   const std::vector<Vec3> rest = slab.network.rest;
-  for (std::size_t i = 0; i < rest.size(); ++i) slab.network.rest[static_cast<std::size_t>(number[i])] = rest[i];
-  for (Spring& s : slab.network.springs) s.a = number[static_cast<std::size_t>(s.a)], s.b = number[static_cast<std::size_t>(s.b)];
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    slab.network.rest[static_cast<std::size_t>(number[i])] = rest[i];
+  for (Spring& s : slab.network.springs)
+    s.a = number[static_cast<std::size_t>(s.a)], s.b = number[static_cast<std::size_t>(s.b)];
   return slab;
 }
 
-// Per spring: two links (16 B) and two visit marks (4 B); an edge written and read (24 B each); rest of both ends and
-// the displacement of one (72 B), the other's read and written (48 B). About 75 operations in the formula.
+// Per spring: two links (16 B) and two visit marks (4 B); an edge written and read (24 B each); rest of both
+// ends and the displacement of one (72 B), the other's read and written (48 B). About 75 operations in the
+// formula.
 constexpr double kChainBytes = 2 * 16 + 2 * 4 + 2 * 24 + 72 + 48, kChainFlops = 75;
 
-void run_chain(benchmark::State& state, const support::Slab& slab, const PrescribedMotion& motion, FixedPoints fixed) {
+void run_chain(benchmark::State& state, const support::Slab& slab, const PrescribedMotion& motion,
+               FixedPoints fixed) {
   const ChainSolver solver(slab.network);
   ChainParameters parameters;
   parameters.fixed_points = fixed;
@@ -95,8 +99,10 @@ void run_chain(benchmark::State& state, const support::Slab& slab, const Prescri
   state.counters["springs"] = springs;
   state.counters["steps"] = workspace.steps;
   state.counters["s/spring"] = Counter(springs, Counter::kIsIterationInvariantRate | Counter::kInvert);
-  state.counters["B/s"] = Counter(springs * kChainBytes, Counter::kIsIterationInvariantRate, Counter::kIs1000);
-  state.counters["flop/s"] = Counter(springs * kChainFlops, Counter::kIsIterationInvariantRate, Counter::kIs1000);
+  state.counters["B/s"] =
+      Counter(springs * kChainBytes, Counter::kIsIterationInvariantRate, Counter::kIs1000);
+  state.counters["flop/s"] =
+      Counter(springs * kChainFlops, Counter::kIsIterationInvariantRate, Counter::kIs1000);
 }
 
 /// As printed: the wave runs over the whole face.
@@ -121,7 +127,8 @@ void BM_ChainShuffledPoints(benchmark::State& state) {
     motion.positions.emplace_back();
   }
   slab = shuffled(std::move(slab));
-  for (std::size_t i = 0; i < motion.moved.size(); ++i) motion.positions[i] = slab.network.rest[i] + Vec3{0, -6, 0};
+  for (std::size_t i = 0; i < motion.moved.size(); ++i)
+    motion.positions[i] = slab.network.rest[i] + Vec3{0, -6, 0};
   run_chain(state, slab, motion, FixedPoints::inert);
 }
 BENCHMARK(BM_ChainShuffledPoints)->Arg(1)->Arg(7)->Unit(benchmark::kMicrosecond);
@@ -197,7 +204,7 @@ void BM_Stiffness(benchmark::State& state) {
   StiffnessMatrix matrix(*energy, unknowns);
   ElementStiffness stiffness;
   for (auto _ : state) {
-    energy->linearise(slab.network.rest, Convexity::projected, stiffness);
+    energy->linearise(slab.network.rest, 1.0, stiffness);
     matrix.assemble(*energy, stiffness);
     benchmark::DoNotOptimize(matrix.blocks().data());
   }

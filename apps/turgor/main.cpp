@@ -20,7 +20,9 @@ Result<void> print_commands(const Invocation& arguments) {
   } else if (format == "json") {
     fmt::print("{}", commands_schema());
   } else {
-    fmt::print("{}", completion_script(format == "bash" ? Shell::bash : format == "zsh" ? Shell::zsh : Shell::fish));
+    fmt::print("{}", completion_script(format == "bash"  ? Shell::bash
+                                       : format == "zsh" ? Shell::zsh
+                                                         : Shell::fish));
   }
   return {};
 }
@@ -49,7 +51,8 @@ int run(const std::vector<std::string>& words) {
   for (const std::string& word : words) command_line += ' ' + quote_word(word);
   const auto arguments = parse_arguments(words, program_commands());
   if (!arguments) return fail(arguments.error());
-  if (arguments->command().find("threads") != nullptr) set_thread_count(static_cast<int>(arguments->integer("threads")));
+  if (arguments->command().find("threads") != nullptr)
+    set_thread_count(static_cast<int>(arguments->integer("threads")));
   const auto context = make_terminal_context();
   const auto done = dispatch(*arguments, command_line, *context);
   return done ? 0 : fail(done.error());
@@ -62,9 +65,10 @@ int main(int argc, char** argv) {
   try {
     return turgor::run({argv + 1, argv + argc});
   } catch (const std::bad_alloc&) {
-    return turgor::fail({turgor::ErrorKind::system, "not enough memory", "", "Use -quality draft, or a machine with more memory"});
+    return turgor::fail({turgor::ErrorKind::system, "not enough memory", "",
+                         "Use -quality draft, or a machine with more memory"});
   } catch (const std::exception& error) {
-    return turgor::fail({turgor::ErrorKind::internal, std::string("a fault in the program: ") + error.what(), "",
-                         "Please report it with the command and the input"});
+    return turgor::fail({turgor::ErrorKind::internal, std::string("a fault in the program: ") + error.what(),
+                         "", "Please report it with the command and the input"});
   }
 }

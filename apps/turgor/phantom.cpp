@@ -79,7 +79,8 @@ Result<void> write_thickness(const Phantom& phantom, const CtVolume& scan, const
   const TriMesh skin = exact_skin(phantom, scan, context);
   const Centres centres = centres_of(phantom);
   std::vector<Vec3> targets;
-  for (const Vec3& p : skin.points) targets.push_back(p.z >= centres.lip_level_mm ? centres.upper : centres.lower);
+  for (const Vec3& p : skin.points)
+    targets.push_back(p.z >= centres.lip_level_mm ? centres.upper : centres.lower);
   TURGOR_TRY(const std::vector<double> exact, phantom.thickness_map(skin.points, targets, context));
   MeshField field{"thickness_mm", 1, {}};
   for (const double t : exact) field.values.push_back(std::isfinite(t) ? static_cast<float>(t) : -1.0f);
@@ -95,12 +96,21 @@ std::string truth_json(const Phantom& phantom) {
   for (const auto& [name, point] : phantom.landmarks()) landmarks[name] = triple(point);
   const Json out{{"turgor", program_version},
                  {"parameters",
-                  {{"size", p.size}, {"jaw_protrusion_mm", p.jaw_protrusion_mm}, {"thickness", p.thickness},
-                   {"voxel_mm", p.voxel_mm}, {"slice_mm", p.slice_mm}, {"noise_hu", p.noise_hu}, {"blur_mm", p.blur_mm},
-                   {"seed", p.seed}, {"head_holder", p.head_holder}, {"condyles_touch", p.condyles_touch}}},
+                  {{"size", p.size},
+                   {"jaw_protrusion_mm", p.jaw_protrusion_mm},
+                   {"thickness", p.thickness},
+                   {"voxel_mm", p.voxel_mm},
+                   {"slice_mm", p.slice_mm},
+                   {"noise_hu", p.noise_hu},
+                   {"blur_mm", p.blur_mm},
+                   {"seed", p.seed},
+                   {"head_holder", p.head_holder},
+                   {"condyles_touch", p.condyles_touch}}},
                  {"thickness_towards",
-                  {{"upper_centre_mm", triple(centres.upper)}, {"lower_centre_mm", triple(centres.lower)},
-                   {"lip_level_mm", centres.lip_level_mm}, {"no_bone", -1}}},
+                  {{"upper_centre_mm", triple(centres.upper)},
+                   {"lower_centre_mm", triple(centres.lower)},
+                   {"lip_level_mm", centres.lip_level_mm},
+                   {"no_bone", -1}}},
                  {"landmarks_mm_lps", landmarks}};
   return out.dump(2) + "\n";
 }
@@ -114,7 +124,8 @@ Result<void> run_phantom(const Invocation& arguments, Context& context) {
   TURGOR_TRY(StagedFolder staged, StagedFolder::create(arguments.path("output")));
   std::error_code code;
   if (std::filesystem::create_directory(staged.path() / "dicom", code); code) {
-    return Error{ErrorKind::system, "the folder cannot be made", staged.path().string(), "Check its permissions"};
+    return Error{ErrorKind::system, "the folder cannot be made", staged.path().string(),
+                 "Check its permissions"};
   }
   DicomWriteOptions dicom;
   dicom.seed = phantom.parameters().seed;

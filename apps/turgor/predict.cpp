@@ -25,7 +25,8 @@ std::vector<Solver> solvers_of(const Invocation& arguments) {
 void print_summary(const std::vector<Prediction>& predictions, const std::filesystem::path& folder) {
   for (const Prediction& p : predictions) {
     for (const SoftToHard& r : p.ratios) {
-      fmt::print("{:<8} {:<18} {:6.2f} mm of {:5.2f} mm ({:.2f})\n", name_of(p.solver), r.soft, r.soft_mm, r.hard_mm, r.ratio());
+      fmt::print("{:<8} {:<18} {:6.2f} mm of {:5.2f} mm ({:.2f})\n", name_of(p.solver), r.soft, r.soft_mm,
+                 r.hard_mm, r.ratio());
     }
   }
   fmt::print("report: {}\n", (folder / "report.html").string());
@@ -50,7 +51,8 @@ Result<void> run_predict(const Invocation& arguments, const std::string& command
     predictions.push_back(std::move(prediction));
   }
   TURGOR_TRY(StagedFolder staged, StagedFolder::create(folder));
-  const CaseResults results{patient, predictions, {program_version, command_line, plan.name, plan.text(), solvers}};
+  const CaseResults results{
+      patient, predictions, {program_version, command_line, plan.name, plan.text(), solvers}};
   TURGOR_CHECK(write_results(results, staged.path(), context));
   TURGOR_CHECK(staged.commit());
   print_summary(predictions, folder);

@@ -37,7 +37,8 @@ class ProgressLine {
     drawn_ = now;
     const double spent = std::chrono::duration<double>(now - started_).count();
     std::string left;
-    if (fraction > 0.05 && fraction < 1 && spent > 0.5) left = fmt::format(", {:.0f} s left", spent / fraction - spent);
+    if (fraction > 0.05 && fraction < 1 && spent > 0.5)
+      left = fmt::format(", {:.0f} s left", spent / fraction - spent);
     fmt::print(stderr, "\r\033[K{} {:3.0f} %{}", stage, 100 * fraction, left);
     open_ = true;
     if (fraction >= 1) clear();
@@ -74,7 +75,8 @@ std::unique_ptr<Context> make_terminal_context() {
   ::sigaction(SIGTERM, &action, nullptr);
   auto line = std::make_shared<ProgressLine>();
   return std::make_unique<Context>([line](std::string_view stage, double f) { line->show(stage, f); },
-                                   [line](const Notice& n) { line->print(n); }, [] { return stop_asked.load(); });
+                                   [line](const Notice& n) { line->print(n); },
+                                   [] { return stop_asked.load(); });
 }
 
 int fail(const Error& error) {

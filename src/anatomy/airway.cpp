@@ -34,7 +34,8 @@ std::vector<Vec3> centres(const Components& parts) {
 
 }  // namespace
 
-TriMesh airway_surface(const ScannedBody& body, const TissueLevels& levels, const Cranium& cranium, int triangles) {
+TriMesh airway_surface(const ScannedBody& body, const TissueLevels& levels, const Cranium& cranium,
+                       int triangles) {
   const VoxelBox box = bounding_box(body.cavity, 2);
   if (box.empty()) return {};
   const Components parts = connected_components(crop(body.cavity, box));
@@ -42,7 +43,8 @@ TriMesh airway_surface(const ScannedBody& body, const TissueLevels& levels, cons
   std::vector<bool> keep(parts.sizes.size() + 1, false);
   for (std::size_t l = 1; l < keep.size(); ++l) {
     const bool large = static_cast<double>(parts.sizes[l - 1]) * voxel_ml(body.hu.grid) >= kSmallestAirMl;
-    keep[l] = large && std::abs(where[l].x - cranium.centre.x) < kHalfBreadthMm && where[l].y < cranium.centre.y + 20;
+    keep[l] = large && std::abs(where[l].x - cranium.centre.x) < kHalfBreadthMm &&
+              where[l].y < cranium.centre.y + 20;
   }
   LabelVolume air(parts.labels.grid);
   for (std::size_t v = 0; v < air.voxels.size(); ++v) {

@@ -10,7 +10,8 @@ namespace {
 
 /// A ball of this radius cannot enter nostrils, ear canals and a mouth that is not wide open.
 constexpr double kClosingRadiusMm = 5.0;
-/// What the ball leaves out is a cavity where somewhere it goes as deep as this; creases of the skin stay open.
+/// What the ball leaves out is a cavity where somewhere it goes as deep as this; creases of the skin stay
+/// open.
 constexpr double kCavityDepthMm = 7;
 /// A cavity is closed from this depth on, and over its mouth.
 constexpr double kCreaseDepthMm = 2.5;
@@ -22,7 +23,7 @@ constexpr double kObjectThicknessMm = 9;
 /// … and reach further than any part of a head that is as thin (an ear: 70 mm).
 constexpr double kObjectReachMm = 95;
 /// Contacts of objects with the head extend this far beyond the objects' free parts.
-constexpr double kContactMm = 22;
+constexpr double kContactMm = 30;
 constexpr double kRoundnessMm = 18;
 
 template <class Combine>
@@ -117,7 +118,8 @@ Objects find_attached_objects(const LabelVolume& body) {
   const Components parts = connected_components(thin);
   Objects objects{LabelVolume(body.grid), 0};
   for (int label = 1; label <= static_cast<int>(parts.sizes.size()); ++label) {
-    if (static_cast<double>(parts.sizes[static_cast<std::size_t>(label - 1)]) * voxel_ml(body.grid) < 0.3) break;
+    if (static_cast<double>(parts.sizes[static_cast<std::size_t>(label - 1)]) * voxel_ml(body.grid) < 0.3)
+      break;
     const LabelVolume object = component_mask(parts, label);
     const Index3 extent = bounding_box(object).size();
     Vec3 size;
@@ -127,16 +129,17 @@ Objects find_attached_objects(const LabelVolume& body) {
     objects.cells = combined(objects.cells, object, [](bool x, bool y) { return x || y; });
   }
   if (objects.count == 0) return objects;
-  // Where an object lies flat against the head it is thick together with it: near objects the head keeps only what a
-  // large ball inside it reaches, for which a vault is round enough.
-  const LabelVolume round = open_gaps(solid, kRoundnessMm);
+  // Where an object lies flat against the head it is thick together with it: near objects the head keeps only
+  // what a large ball inside it reaches, for which a vault is round enough.
+  const LabelVolume round = open_gaps(difference(solid, objects.cells), kRoundnessMm);
   const LabelVolume rim = both(difference(body, round), dilate(objects.cells, kContactMm));
   objects.cells = combined(objects.cells, rim, [](bool x, bool y) { return x || y; });
   return objects;
 }
 
 LabelVolume largest_body(const CtVolume& scan, const TissueLevels& levels, int& removed_pieces) {
-  const Components parts = connected_components(threshold(scan, static_cast<int>(levels.skin_level + 0.5), 32767));
+  const Components parts =
+      connected_components(threshold(scan, static_cast<int>(levels.skin_level + 0.5), 32767));
   for (std::size_t i = 1; i < parts.sizes.size(); ++i) {
     if (static_cast<double>(parts.sizes[i]) * voxel_ml(scan.grid) > kSmallestPieceMl) ++removed_pieces;
   }
@@ -184,9 +187,9 @@ Result<ScannedBody> find_body(const CtVolume& scan, const TissueLevels& levels, 
   body.cavity = find_cavities(tissue);
   body.solid = combined(tissue, body.cavity, [](bool x, bool y) { return x || y; });
   const std::size_t slice = static_cast<std::size_t>(g.size[0]) * static_cast<std::size_t>(g.size[1]);
-  body.touches_lower_end = std::any_of(body.solid.voxels.begin(),
-                                       body.solid.voxels.begin() + static_cast<std::ptrdiff_t>(slice),
-                                       [](std::uint8_t m) { return m != 0; });
+  body.touches_lower_end =
+      std::any_of(body.solid.voxels.begin(), body.solid.voxels.begin() + static_cast<std::ptrdiff_t>(slice),
+                  [](std::uint8_t m) { return m != 0; });
   constexpr double kLargeAreaMm2 = 2000;
   body.touches_front = count_front(body.solid) * g.spacing.x * g.spacing.z > kLargeAreaMm2;
   TURGOR_CHECK(context.check());

@@ -11,9 +11,12 @@ constexpr int kStepHu = 16;
 constexpr int kLowestHu = -1024;
 constexpr int kLevels = 320;
 
-int level_of(std::int16_t hu) { return std::clamp((hu - kLowestHu) / kStepHu, 0, kLevels - 1); }
+int level_of(std::int16_t hu) {
+  return std::clamp((hu - kLowestHu) / kStepHu, 0, kLevels - 1);
+}
 
-/// First in, first out within a level; the densest level first. What comes in above the present level counts as of it.
+/// First in, first out within a level; the densest level first. What comes in above the present level counts
+/// as of it.
 class LevelQueue {
  public:
   void push(std::size_t voxel, int level) {

@@ -34,9 +34,9 @@ void keep_largest_parts(LabelVolume& labels) {
       any = any || mask.voxels[v] != 0;
     }
     if (!any) continue;
-    const LabelVolume kept = label == kRamus
-                                 ? remove_small_components(mask, static_cast<std::size_t>(1.0 / voxel_ml(mask.grid)))
-                                 : largest_component(mask);
+    const LabelVolume kept =
+        label == kRamus ? remove_small_components(mask, static_cast<std::size_t>(1.0 / voxel_ml(mask.grid)))
+                        : largest_component(mask);
     for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
       if (mask.voxels[v] != 0 && kept.voxels[v] == 0) labels.voxels[v] = kNoBone;
     }
@@ -57,10 +57,10 @@ bool find_separate_mandible(const Components& pieces, const Cranium& cranium, La
   return false;
 }
 
-/// Parts skull and mandible where they touch; otherwise what the scan shows of the rami. `touching` is the piece of
-/// bone that holds the skull.
-void part_by_density(const ScannedBody& body, const TissueLevels& levels, const Cranium& cranium, const LabelVolume& bone,
-                     const LabelVolume& touching, BoneLabels& bones) {
+/// Parts skull and mandible where they touch; otherwise what the scan shows of the rami. `touching` is the
+/// piece of bone that holds the skull.
+void part_by_density(const ScannedBody& body, const TissueLevels& levels, const Cranium& cranium,
+                     const LabelVolume& bone, const LabelVolume& touching, BoneLabels& bones) {
   std::optional<LabelVolume> markers;
   if (bones.occlusal_plane) {
     markers = markers_by_occlusal_plane(body.hu, touching, bones.teeth, *bones.occlusal_plane, cranium);
@@ -69,7 +69,8 @@ void part_by_density(const ScannedBody& body, const TissueLevels& levels, const 
   if (markers) {
     const LabelVolume flooded = flood_by_density(body.hu, touching, *markers);
     LabelVolume mandible(flooded.grid);
-    for (std::size_t v = 0; v < flooded.voxels.size(); ++v) mandible.voxels[v] = flooded.voxels[v] == kMandible;
+    for (std::size_t v = 0; v < flooded.voxels.size(); ++v)
+      mandible.voxels[v] = flooded.voxels[v] == kMandible;
     if (looks_like_mandible(largest_component(mandible), cranium)) {
       bones.labels = flooded;
       bones.mandible_state = MandibleState::cut;
@@ -93,7 +94,8 @@ Result<BoneLabels> label_bones(const ScannedBody& body, const TissueLevels& leve
   const LabelVolume largest = component_mask(pieces, 1);
   bones.labels = largest;
   bones.teeth = find_teeth(body, levels, cranium);
-  bones.occlusal_plane = options.occlusal_plane ? options.occlusal_plane : find_occlusal_plane(bones.teeth, body.hu);
+  bones.occlusal_plane =
+      options.occlusal_plane ? options.occlusal_plane : find_occlusal_plane(bones.teeth, body.hu);
   TURGOR_CHECK(context.check());
   if (options.separate_mandible) {
     if (find_separate_mandible(pieces, cranium, bones.labels)) {

@@ -22,10 +22,10 @@ struct BoneLabels {
   double loose_ml = 0;  ///< of bone in no label: hyoid, vertebrae, crumbs
 };
 
-/// Splits the bone of a head. The mandible is the component that looks like one; where none does because it touches
-/// the skull, it is parted from it by density (see flood_by_density) from markers on either side of the occlusal
-/// plane, and where there are no two rows of teeth, from the pieces that a rising threshold leaves. Errors: no bone
-/// forms a skull.
+/// Splits the bone of a head. The mandible is the component that looks like one; where none does because it
+/// touches the skull, it is parted from it by density (see flood_by_density) from markers on either side of
+/// the occlusal plane, and where there are no two rows of teeth, from the pieces that a rising threshold
+/// leaves. Errors: no bone forms a skull.
 Result<BoneLabels> label_bones(const ScannedBody& body, const TissueLevels& levels, const Cranium& cranium,
                                const HeadOptions& options, Context& context);
 

@@ -9,7 +9,9 @@
 
 namespace turgor {
 
-inline double voxel_ml(const Grid& grid) { return grid.spacing.x * grid.spacing.y * grid.spacing.z * 1e-3; }
+inline double voxel_ml(const Grid& grid) {
+  return grid.spacing.x * grid.spacing.y * grid.spacing.z * 1e-3;
+}
 
 /// The box widened by `margin_mm` on every side, as far as the volume goes.
 inline VoxelBox widened(VoxelBox box, double margin_mm, const Grid& grid) {

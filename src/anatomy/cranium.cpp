@@ -116,7 +116,8 @@ Error wrong_way(const std::string& how, const std::string& remedy) {
 
 /// Where the face lies, from the air of nose, sinuses and pharynx and from the bone that is not vault.
 Vec3 direction_to_face(const Cells& cells, const Vec3& centre, const Volume<float>& from_cavity) {
-  const Mass air = mass_of(cells.air.grid, [&](std::size_t c, int, int, int) { return double(cells.air.voxels[c]); });
+  const Mass air =
+      mass_of(cells.air.grid, [&](std::size_t c, int, int, int) { return double(cells.air.voxels[c]); });
   const Mass bone = mass_of(cells.bone.grid, [&](std::size_t c, int, int, int) {
     return cells.bone.voxels[c] && from_cavity.voxels[c] > kVaultMm ? 1.0 : 0.0;
   });
@@ -128,7 +129,8 @@ Vec3 direction_to_face(const Cells& cells, const Vec3& centre, const Volume<floa
 }
 
 Result<void> check_direction(const Vec3& to_face) {
-  const std::string reorient = "Check the orientation stored in the file, or reorient the scan, and try again";
+  const std::string reorient =
+      "Check the orientation stored in the file, or reorient the scan, and try again";
   if (to_face.z > 0.25) {
     return wrong_way("upside down: the face lies above the brain", reorient);
   }
@@ -161,9 +163,12 @@ Result<void> check_face(const Cells& cells, const Cranium& cranium, const Volume
   const bool missing = face.cells * cells.ml < expected_ml || lowest > brow - kLeastFaceMm;
   const bool cut = touches_front || foremost > cranium.cavity.lower.y + kFaceBehindCavityMm;
   if (!missing && !cut) return {};
-  return Error{.what = missing ? "the face is not in the scan: it shows no facial bone below the brow, or ends close under it"
-                               : "the face is cut away: neither nose nor upper jaw is in the scan",
-               .remedy = "Choose a scan that shows the head at least down to the upper lip, nose included"};
+  return Error{
+      .what =
+          missing
+              ? "the face is not in the scan: it shows no facial bone below the brow, or ends close under it"
+              : "the face is cut away: neither nose nor upper jaw is in the scan",
+      .remedy = "Choose a scan that shows the head at least down to the upper lip, nose included"};
 }
 
 }  // namespace
@@ -179,9 +184,11 @@ Result<Cranium> find_cranium(const ScannedBody& body, const TissueLevels& levels
   cranium.cavity_ml = cavity.cells * cells.ml;
   cranium.centre = cavity.centre();
   if (cranium.cavity_ml < kSmallestCavityMl) {
-    return Error{.what = fmt::format("the scan does not show a head: no cranial vault (the largest space within bone "
-                                     "holds {:.0f} ml)", cranium.cavity_ml),
-                 .remedy = "Choose a CT of the head that shows the face and at least half of the cranium"};
+    return Error{
+        .what = fmt::format("the scan does not show a head: no cranial vault (the largest space within bone "
+                            "holds {:.0f} ml)",
+                            cranium.cavity_ml),
+        .remedy = "Choose a CT of the head that shows the face and at least half of the cranium"};
   }
   const Volume<float> from_cavity = distance_to(cells.cavity, 200);
   cranium.to_face = direction_to_face(cells, cranium.centre, from_cavity);

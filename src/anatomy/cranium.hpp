@@ -13,9 +13,9 @@ struct Cranium {
   Vec3 to_face;  ///< unit vector from the cavity to the face
 };
 
-/// Finds the cavity as the soft tissue from which bone is seen in nearly every direction, which also holds for a vault
-/// with a defect and for a scan that cuts the skull base. Errors: no vault (not a head), upside down, turned to the
-/// back or to one side, face missing.
+/// Finds the cavity as the soft tissue from which bone is seen in nearly every direction, which also holds
+/// for a vault with a defect and for a scan that cuts the skull base. Errors: no vault (not a head), upside
+/// down, turned to the back or to one side, face missing.
 Result<Cranium> find_cranium(const ScannedBody& body, const TissueLevels& levels);
 
 }  // namespace turgor

@@ -41,8 +41,8 @@ std::vector<ProfilePoint> FaceProbe::front_profile(double x, double half_width, 
                                                    double step) const {
   std::vector<ProfilePoint> profile;
   for (double z = low; z <= high; z += step) {
-    // The sides of the strip count where they stand clearly before its middle (a gap between two incisors, a spine
-    // that bends).
+    // The sides of the strip count where they stand clearly before its middle (a gap between two incisors, a
+    // spine that bends).
     constexpr double kClearlyMm = 0.7;
     ProfilePoint best{z, {}, false};
     for (const double dx : {0.0, -half_width, half_width}) {

@@ -8,8 +8,8 @@
 
 namespace turgor {
 
-/// Face coordinates: x to the patient's left from the midsagittal plane, y to the back, z up, mm. Near to Frankfurt
-/// horizontal.
+/// Face coordinates: x to the patient's left from the midsagittal plane, y to the back, z up, mm. Near to
+/// Frankfurt horizontal.
 struct FaceFrame {
   Vec3 origin;
   Mat3 axes;         ///< columns: left, back, up
@@ -38,7 +38,8 @@ class FaceProbe {
   [[nodiscard]] const std::vector<Vec3>& points() const { return points_; }
   [[nodiscard]] const Box3& box() const { return box_; }
 
-  /// What is met first looking from the front at (x, z), from the side (+1 left) at (y, z), from below at (x, y).
+  /// What is met first looking from the front at (x, z), from the side (+1 left) at (y, z), from below at (x,
+  /// y).
   [[nodiscard]] std::optional<Vec3> from_front(double x, double z) const;
   [[nodiscard]] std::optional<Vec3> from_side(int side, double y, double z) const;
   [[nodiscard]] std::optional<Vec3> from_below(double x, double y) const;
@@ -65,6 +66,23 @@ std::optional<Vec3> least(const std::vector<ProfilePoint>& profile, Value&& valu
   if (best == nullptr) return std::nullopt;
   return best->point;
 }
+/// The point in the middle of the stretch around it where the value is the least to within a little: steady
+/// on flat tops.
+template <class Value>
+std::optional<Vec3> middle_of_least(const std::vector<ProfilePoint>& profile, Value&& value) {
+  const auto best = least(profile, value);
+  if (!best) return std::nullopt;
+  constexpr double kFlatMm = 0.15;
+  std::size_t first = 0;
+  while (!profile[first].met || !(profile[first].point == *best)) ++first;
+  std::size_t last = first;
+  const auto flat = [&](std::size_t i) {
+    return profile[i].met && value(profile[i].point) <= value(*best) + kFlatMm;
+  };
+  while (first > 0 && flat(first - 1)) --first;
+  while (last + 1 < profile.size() && flat(last + 1)) ++last;
+  return profile[(first + last) / 2].point;
+}
 inline std::optional<Vec3> foremost(const std::vector<ProfilePoint>& profile) {
   return least(profile, [](const Vec3& p) { return p.y; });
 }
@@ -73,7 +91,8 @@ inline std::optional<Vec3> deepest(const std::vector<ProfilePoint>& profile) {
 }
 /// The point furthest behind the straight line between two points of the profile.
 std::optional<Vec3> furthest_behind(const std::vector<ProfilePoint>& profile, const Vec3& a, const Vec3& b);
-/// The deepest point where that is not an end of the profile; otherwise the one furthest behind the line between its ends.
+/// The deepest point where that is not an end of the profile; otherwise the one furthest behind the line
+/// between its ends.
 std::optional<Vec3> hollow(const std::vector<ProfilePoint>& profile);
 
 }  // namespace turgor

@@ -26,9 +26,10 @@ Result<void> check_size(const Grid& grid) {
     const int voxels = grid.size[static_cast<std::size_t>(a)];
     const double extent = voxels * grid.spacing[a];
     if (voxels >= kFewestVoxels && extent >= kSmallestScanMm) continue;
-    return Error{.what = fmt::format("the scan is too small for a head: {} x {} x {} voxels, {:.0f} x {:.0f} x {:.0f} mm",
-                                     grid.size[0], grid.size[1], grid.size[2], grid.size[0] * grid.spacing.x,
-                                     grid.size[1] * grid.spacing.y, grid.size[2] * grid.spacing.z),
+    return Error{.what = fmt::format(
+                     "the scan is too small for a head: {} x {} x {} voxels, {:.0f} x {:.0f} x {:.0f} mm",
+                     grid.size[0], grid.size[1], grid.size[2], grid.size[0] * grid.spacing.x,
+                     grid.size[1] * grid.spacing.y, grid.size[2] * grid.spacing.z),
                  .remedy = fmt::format("Give a CT of at least {0} voxels and {1:.0f} mm in each direction",
                                        kFewestVoxels, kSmallestScanMm)};
   }
@@ -46,13 +47,14 @@ TriMesh cut_of(const LabelSurface& surface) {
   std::vector<bool> keep(mesh.triangles.size());
   for (std::size_t t = 0; t < keep.size(); ++t) {
     keep[t] = true;
-    for (const int p : mesh.triangles[t]) keep[t] = keep[t] && surface.placed_by_label[static_cast<std::size_t>(p)];
+    for (const int p : mesh.triangles[t])
+      keep[t] = keep[t] && surface.placed_by_label[static_cast<std::size_t>(p)];
   }
   return submesh(mesh, keep);
 }
 
-Result<void> add_skin(Head& head, const ScannedBody& body, const TissueLevels& levels, const HeadOptions& options,
-                      Context& context) {
+Result<void> add_skin(Head& head, const ScannedBody& body, const TissueLevels& levels,
+                      const HeadOptions& options, Context& context) {
   const Stage stage(context, "Skin surface");
   const SurfaceSettings settings{levels.skin_level, options.smoothing, true};
   const LabelSurface skin = surface_of_label(body.hu, body.solid, 1, settings);
@@ -61,8 +63,8 @@ Result<void> add_skin(Head& head, const ScannedBody& body, const TissueLevels& l
   return context.check();
 }
 
-Result<void> add_bones(Head& head, const ScannedBody& body, const TissueLevels& levels, const BoneLabels& bones,
-                       const HeadOptions& options, Context& context) {
+Result<void> add_bones(Head& head, const ScannedBody& body, const TissueLevels& levels,
+                       const BoneLabels& bones, const HeadOptions& options, Context& context) {
   const Stage stage(context, "Bone surfaces");
   const SurfaceSettings settings{levels.bone_level, options.smoothing, false};
   const int share = static_cast<int>(kMandibleShare * options.bone_triangles);
@@ -91,16 +93,19 @@ void add_notices(const Head& head, const BoneLabels& bones, const HeadOptions& o
   if (!options.separate_mandible) {
     context.notice("The mandible was not separated from the skull, as asked");
   } else if (head.mandible_state == MandibleState::absent) {
-    context.notice(head.rami.empty() ? "The scan ends above the mandible: there is none to operate on"
-                                     : "The scan ends above the body of the mandible: its rami are kept as fixed bone, "
-                                       "there is no mandible to operate on");
+    context.notice(head.rami.empty()
+                       ? "The scan ends above the mandible: there is none to operate on"
+                       : "The scan ends above the body of the mandible: its rami are kept as fixed bone, "
+                         "there is no mandible to operate on");
   } else if (head.mandible_state == MandibleState::cut) {
-    context.notice("The mandible touched the skull in the scan and was cut free where the bridge was weakest; look at "
-                   "the cut");
+    context.notice(
+        "The mandible touched the skull in the scan and was cut free where the bridge was weakest; look at "
+        "the cut");
   }
   constexpr double kWorthSayingMl = 1.0;
   if (bones.loose_ml > kWorthSayingMl) {
-    context.notice(fmt::format("{:.0f} ml of loose bone (vertebrae, hyoid, crumbs) left out", bones.loose_ml));
+    context.notice(
+        fmt::format("{:.0f} ml of loose bone (vertebrae, hyoid, crumbs) left out", bones.loose_ml));
   }
 }
 
@@ -117,11 +122,15 @@ void warn_of_cut_sides(const ScannedBody& body, Context& context) {
     return static_cast<double>(count) * g.spacing[static_cast<int>(b)] * g.spacing[static_cast<int>(c)];
   };
   constexpr double kLeastAreaMm2 = 100;
-  const std::pair<std::pair<int, bool>, const char*> sides[] = {
-      {{0, false}, "right"}, {{0, true}, "left"}, {{1, false}, "front"}, {{1, true}, "back"}, {{2, true}, "top"}};
+  const std::pair<std::pair<int, bool>, const char*> sides[] = {{{0, false}, "right"},
+                                                                {{0, true}, "left"},
+                                                                {{1, false}, "front"},
+                                                                {{1, true}, "back"},
+                                                                {{2, true}, "top"}};
   for (const auto& [side, name] : sides) {
     if (area(side.first, side.second) > kLeastAreaMm2) {
-      context.warning(fmt::format("The field of view cuts the head at the {}: the surfaces are open there", name));
+      context.warning(
+          fmt::format("The field of view cuts the head at the {}: the surfaces are open there", name));
     }
   }
 }

@@ -19,8 +19,8 @@ constexpr double kPassBand = 0.15;
 constexpr int kMembraneSteps = 120;
 
 /// Points on grid edges of which one end has a label other than its value says.
-std::vector<bool> find_points_placed_by_label(const TriMesh& mesh, const CtVolume& hu, const LabelVolume& labels,
-                                              std::uint8_t label, double level) {
+std::vector<bool> find_points_placed_by_label(const TriMesh& mesh, const CtVolume& hu,
+                                              const LabelVolume& labels, std::uint8_t label, double level) {
   std::vector<std::uint8_t> placed(mesh.points.size(), 0);
   const Grid& g = hu.grid;
   const auto disagrees = [&](int i, int j, int k) {
@@ -33,7 +33,8 @@ std::vector<bool> find_points_placed_by_label(const TriMesh& mesh, const CtVolum
       const Vec3 at = g.to_index(mesh.points[p]);
       int near[3], far[3];
       for (int a = 0; a < 3; ++a) {
-        // Iso-surface points lie strictly inside one grid edge; along the other two axes they are on the grid.
+        // Iso-surface points lie strictly inside one grid edge; along the other two axes they are on the
+        // grid.
         const double rounded = std::round(at[a]);
         const bool on_grid = std::abs(at[a] - rounded) < 1e-4;
         near[a] = static_cast<int>(on_grid ? rounded : std::floor(at[a]));
@@ -114,7 +115,8 @@ TriMesh largest_surface(const TriMesh& mesh, std::vector<int>* point_map) {
 
 LabelSurface surface_of_label(const CtVolume& hu, const LabelVolume& labels, std::uint8_t label,
                               const SurfaceSettings& settings) {
-  return finished(largest_surface(isosurface_of_label(hu, settings.level, labels, label)), hu, labels, label, settings);
+  return finished(largest_surface(isosurface_of_label(hu, settings.level, labels, label)), hu, labels, label,
+                  settings);
 }
 
 TriMesh surface_pieces_of_label(const CtVolume& hu, const LabelVolume& labels, std::uint8_t label,
@@ -122,13 +124,15 @@ TriMesh surface_pieces_of_label(const CtVolume& hu, const LabelVolume& labels, s
   const TriMesh all = isosurface_of_label(hu, settings.level, labels, label);
   if (all.empty()) return {};
   const std::vector<int> component = triangle_components(all);
-  std::vector<double> area(static_cast<std::size_t>(*std::max_element(component.begin(), component.end())) + 1, 0.0);
+  std::vector<double> area(
+      static_cast<std::size_t>(*std::max_element(component.begin(), component.end())) + 1, 0.0);
   for (std::size_t t = 0; t < component.size(); ++t) {
     area[static_cast<std::size_t>(component[t])] += 0.5 * length(triangle_normal(all, all.triangles[t]));
   }
   constexpr double kLeastAreaMm2 = 300;
   std::vector<bool> keep(component.size());
-  for (std::size_t t = 0; t < keep.size(); ++t) keep[t] = area[static_cast<std::size_t>(component[t])] > kLeastAreaMm2;
+  for (std::size_t t = 0; t < keep.size(); ++t)
+    keep[t] = area[static_cast<std::size_t>(component[t])] > kLeastAreaMm2;
   return finished(submesh(all, keep), hu, labels, label, settings).mesh;
 }
 

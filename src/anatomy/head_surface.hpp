@@ -10,22 +10,22 @@
 namespace turgor {
 
 struct SurfaceSettings {
-  double level = 0;          ///< HU that separates inside from outside
-  double smoothing = 1.0;    ///< 0 none, 1 default
-  /// Where label and level disagree: false, the bones of a joint are drawn back to the seam between them; true, a taut
-  /// membrane is spanned over closed openings.
+  double level = 0;        ///< HU that separates inside from outside
+  double smoothing = 1.0;  ///< 0 none, 1 default
+  /// Where label and level disagree: false, the bones of a joint are drawn back to the seam between them;
+  /// true, a taut membrane is spanned over closed openings.
   bool membranes = false;
 };
 
-/// A surface, and which of its points the label alone has placed (on a cut, over a closed opening), where the scan
-/// shows no edge.
+/// A surface, and which of its points the label alone has placed (on a cut, over a closed opening), where the
+/// scan shows no edge.
 struct LabelSurface {
   TriMesh mesh;
   std::vector<bool> placed_by_label;
 };
 
-/// The largest connected surface around the voxels with `label`, each point where the scan is locally midway between
-/// the tissues on either side; smoothed, not reduced.
+/// The largest connected surface around the voxels with `label`, each point where the scan is locally midway
+/// between the tissues on either side; smoothed, not reduced.
 LabelSurface surface_of_label(const CtVolume& hu, const LabelVolume& labels, std::uint8_t label,
                               const SurfaceSettings& settings);
 

@@ -1,5 +1,6 @@
-// Smooth implicit shapes: signed distances (mm, negative inside), and fields that combine them with smooth joins and
-// cuts. A field can be evaluated by parts of space, each part knowing the few shapes that matter there.
+// Smooth implicit shapes: signed distances (mm, negative inside), and fields that combine them with smooth
+// joins and cuts. A field can be evaluated by parts of space, each part knowing the few shapes that matter
+// there.
 #pragma once
 
 #include <cstdint>
@@ -30,13 +31,16 @@ class Shape {
 };
 using ShapePtr = std::shared_ptr<const Shape>;
 
-/// min(a, b), rounded over |a − b| < k by a cubic: twice continuously differentiable, at most k/6 below min(a, b).
+/// min(a, b), rounded over |a − b| < k by a cubic: twice continuously differentiable, at most k/6 below
+/// min(a, b).
 [[nodiscard]] inline double smooth_min(double a, double b, double k) {
   const double lower = a < b ? a : b;
   const double h = k - (a < b ? b - a : a - b);
   return h > 0 ? lower - h * h * h / (6 * k * k) : lower;
 }
-[[nodiscard]] inline double smooth_max(double a, double b, double k) { return -smooth_min(-a, -b, k); }
+[[nodiscard]] inline double smooth_max(double a, double b, double k) {
+  return -smooth_min(-a, -b, k);
+}
 /// 0 below `from`, 1 above `to`, twice continuously differentiable between (`to` may be below `from`).
 [[nodiscard]] double smooth_step(double from, double to, double x);
 
@@ -45,26 +49,26 @@ ShapePtr ellipsoid(const Vec3& centre, const Vec3& radii, const Mat3& axes = {})
 ShapePtr rounded_box(const Vec3& centre, const Vec3& half, double radius, const Mat3& axes = {});
 ShapePtr half_space(const Plane& inside_below);
 
-/// A ball rolled along a smooth curve (Catmull and Rom) through the knots, its radius interpolated likewise. Each knot
-/// interval is searched in `pieces`, enough where each bends by less than about 30°.
+/// A ball rolled along a smooth curve (Catmull and Rom) through the knots, its radius interpolated likewise.
+/// Each knot interval is searched in `pieces`, enough where each bends by less than about 30°.
 ShapePtr sweep(const std::vector<Knot>& knots, int pieces = 2);
 
 struct WallKnot {
-  double x, y;               ///< plan
-  double z;                  ///< middle of the height
+  double x, y;  ///< plan
+  double z;     ///< middle of the height
   double half_height, half_thickness;
 };
-/// An upright wall along a smooth curve in plan, its section a rectangle rounded by the fraction `roundness` of the
-/// smaller half size.
+/// An upright wall along a smooth curve in plan, its section a rectangle rounded by the fraction `roundness`
+/// of the smaller half size.
 ShapePtr wall(const std::vector<WallKnot>& knots, double roundness, int pieces = 2);
 
 struct OutlinePoint {
   double u, v;
 };
-/// A plate: the smooth closed outline in the plane of the first two columns of `axes` through `origin`, of thickness
-/// 2 `half_thickness` along the third, edges rounded by `radius`.
-ShapePtr plate(const Vec3& origin, const Mat3& axes, const std::vector<OutlinePoint>& outline, double half_thickness,
-               double radius, int pieces = 6);
+/// A plate: the smooth closed outline in the plane of the first two columns of `axes` through `origin`, of
+/// thickness 2 `half_thickness` along the third, edges rounded by `radius`.
+ShapePtr plate(const Vec3& origin, const Mat3& axes, const std::vector<OutlinePoint>& outline,
+               double half_thickness, double radius, int pieces = 6);
 
 /// The shape grown by `by` (shrunk where negative).
 ShapePtr offset(ShapePtr shape, double by);
@@ -73,9 +77,9 @@ ShapePtr moved(ShapePtr shape, const RigidTransform& motion);
 
 /// How a step sees the two sides of the head.
 enum class Side : std::uint8_t {
-  whole,   ///< as it is
-  both,    ///< on the left and, mirrored, on the right; smooth across the midplane (x ↦ √(x² + 1))
-  sharp,   ///< the same with x ↦ |x|, for shapes that stay clear of the midplane
+  whole,  ///< as it is
+  both,   ///< on the left and, mirrored, on the right; smooth across the midplane (x ↦ √(x² + 1))
+  sharp,  ///< the same with x ↦ |x|, for shapes that stay clear of the midplane
 };
 
 /// Shapes combined one after another.
@@ -116,7 +120,8 @@ class Field {
 /// A field as one shape of another field.
 ShapePtr group(Field field);
 
-/// The same values as the field's own, faster: inside `box` each cell evaluates only the steps that can matter in it.
+/// The same values as the field's own, faster: inside `box` each cell evaluates only the steps that can
+/// matter in it.
 class IndexedField {
  public:
   IndexedField() = default;
@@ -141,7 +146,7 @@ class IndexedField {
   Box3 box_;
   double cell_mm_ = 1;
   Index3 cells_{0, 0, 0};
-  std::vector<Field> parts_;           // cells far from the surface share one
+  std::vector<Field> parts_;            // cells far from the surface share one
   std::vector<std::uint32_t> part_of_;  // of each cell
 };
 

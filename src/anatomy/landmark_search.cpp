@@ -17,7 +17,8 @@ FaceFrame first_frame(const Head& head) {
   const Vec3 up = normalized(Vec3{0, 0, 1} - left * left.z);
   frame.axes = Mat3{{left, cross(up, left), up}};
   double breadth = 0;
-  for (const Vec3& p : head.skull.points) breadth = std::max(breadth, std::abs(head.midsagittal.signed_distance(p)));
+  for (const Vec3& p : head.skull.points)
+    breadth = std::max(breadth, std::abs(head.midsagittal.signed_distance(p)));
   frame.scale = std::clamp(2 * breadth / kAdultBreadthMm, 0.5, 1.5);
   return frame;
 }
@@ -26,7 +27,8 @@ FaceFrame first_frame(const Head& head) {
 std::optional<Vec3> level_direction(const FacePoints& bone, const FaceFrame& frame) {
   Vec3 sum;
   for (const char* side : {"left", "right"}) {
-    const auto orbitale = bone.find(std::string("orbitale_") + side), zygion = bone.find(std::string("zygion_") + side);
+    const auto orbitale = bone.find(std::string("orbitale_") + side),
+               zygion = bone.find(std::string("zygion_") + side);
     if (orbitale == bone.end() || zygion == bone.end()) continue;
     sum += frame.axes * (zygion->second - orbitale->second);
   }
@@ -34,7 +36,8 @@ std::optional<Vec3> level_direction(const FacePoints& bone, const FaceFrame& fra
   return sum;
 }
 
-/// Where the field of view cuts the head, an outermost point is not the head's. (The lower end is seen to before.)
+/// Where the field of view cuts the head, an outermost point is not the head's. (The lower end is seen to
+/// before.)
 bool at_side_of_scan(const Vec3& p, const Box3& scan) {
   constexpr double kMarginMm = 1.5;
   return p.x < scan.lower.x + kMarginMm || p.x > scan.upper.x - kMarginMm || p.y < scan.lower.y + kMarginMm ||
@@ -52,7 +55,8 @@ double lowest_seen(const Head& head, const FaceFrame& frame) {
 namespace {
 
 /// Middles of the stretches of a front profile that lie deep behind bone both above and below.
-void add_deep_stretches(const std::vector<ProfilePoint>& profile, double scale, std::vector<double>& middles) {
+void add_deep_stretches(const std::vector<ProfilePoint>& profile, double scale,
+                        std::vector<double>& middles) {
   const double step = profile.size() > 1 ? profile[1].at - profile[0].at : 1;
   const int reach = static_cast<int>(32 * scale / step), n = static_cast<int>(profile.size());
   const auto depth = [&](int i) {
@@ -72,7 +76,8 @@ void add_deep_stretches(const std::vector<ProfilePoint>& profile, double scale, 
     if (deep || start < 0) continue;
     const double height = (i - start) * step;
     if (height > 16 * scale && height < 50 * scale) {
-      middles.push_back(0.5 * (profile[static_cast<std::size_t>(i - 1)].at + profile[static_cast<std::size_t>(start)].at));
+      middles.push_back(
+          0.5 * (profile[static_cast<std::size_t>(i - 1)].at + profile[static_cast<std::size_t>(start)].at));
     }
     start = -1;
   }
@@ -86,8 +91,8 @@ std::optional<double> find_orbit_height(const FaceProbe& skull) {
   std::vector<double> middles;
   for (const int side : {-1, 1}) {
     for (double x = 24; x <= 40; x += 2) {
-      add_deep_stretches(skull.front_profile(side * x * s, 0, skull.box().lower.z, skull.box().upper.z, kStep), s,
-                         middles);
+      add_deep_stretches(
+          skull.front_profile(side * x * s, 0, skull.box().lower.z, skull.box().upper.z, kStep), s, middles);
     }
   }
   if (middles.size() < 4) return std::nullopt;

@@ -15,6 +15,7 @@ std::optional<double> find_orbit_height(const FaceProbe& skull);
 /// `lowest_seen` is the z below which the scan ends: what reaches down to it is not shown whole.
 FacePoints find_bone_landmarks(const FaceProbe& skull, const FaceProbe& mandible, double orbit_height,
                                double lowest_seen);
-FacePoints find_skin_landmarks(const FaceProbe& skin, const FacePoints& bone, double orbit_height, double lowest_seen);
+FacePoints find_skin_landmarks(const FaceProbe& skin, const FacePoints& bone, double orbit_height,
+                               double lowest_seen);
 
 }  // namespace turgor

@@ -12,7 +12,11 @@ constexpr double kCutMarginMm = 3;
 class BoneSearch {
  public:
   BoneSearch(const FaceProbe& skull, const FaceProbe& mandible, double orbit_height, double lowest_seen)
-      : skull_(skull), mandible_(mandible), orbits_(orbit_height), lowest_(lowest_seen), s_(skull.frame().scale) {}
+      : skull_(skull),
+        mandible_(mandible),
+        orbits_(orbit_height),
+        lowest_(lowest_seen),
+        s_(skull.frame().scale) {}
 
   FacePoints all() {
     for (const int side : {1, -1}) orbitale(side), zygion(side);
@@ -43,15 +47,17 @@ class BoneSearch {
     return nearest;
   }
 
-  static std::string named(const char* name, int side) { return std::string(name) + (side > 0 ? "_left" : "_right"); }
+  static std::string named(const char* name, int side) {
+    return std::string(name) + (side > 0 ? "_left" : "_right");
+  }
   void set(const std::string& name, const std::optional<Vec3>& p) {
     if (p) found_[name] = *p;
   }
 
   /// The rim in a column: the edge seen from in front and above.
   std::optional<Vec3> lower_rim(double x) const {
-    return least(skull_.front_profile(x, 0, orbits_ - 34 * s_, orbits_ - 6 * s_, 0.25),
-                 [](const Vec3& p) { return p.y - p.z; });
+    return middle_of_least(skull_.front_profile(x, 0, orbits_ - 34 * s_, orbits_ - 6 * s_, 0.25),
+                           [](const Vec3& p) { return 0.7 * (p.y - p.z); });
   }
 
   void orbitale(int side) {
@@ -116,7 +122,8 @@ class BoneSearch {
     set("ans", spine);
     incisor_above(*spine);
     const auto edge = found_.find("upper_incisor");
-    const double below = edge != found_.end() ? edge->second.z + 9 * s_ : std::max(spine->z - 17 * s_, lowest_ + 3);
+    const double below =
+        edge != found_.end() ? edge->second.z + 9 * s_ : std::max(spine->z - 17 * s_, lowest_ + 3);
     if (below < spine->z - 4 * s_) set("a_point", hollow(between(below, spine->z - 1.5 * s_)));
   }
 
@@ -128,7 +135,8 @@ class BoneSearch {
       const bool here = p.x > 0.5 * s_ && p.x < breadth * s_ && std::abs(p.y - front) < 14 * s_;
       if (here && p.z > low && p.z < high) edge.push_back(p);
     }
-    return extreme(edge, [up](const Vec3& p) { return up * p.z; }, 0.4);
+    return extreme(
+        edge, [up](const Vec3& p) { return up * p.z; }, 0.4);
   }
 
   void incisor_above(const Vec3& spine) {
@@ -152,7 +160,8 @@ class BoneSearch {
     if (menton->z > lowest_ + kCutMarginMm) set("menton", menton);
     const double height = top - menton->z;
     const bool teeth = height > 30 * s_;
-    if (teeth) set("lower_incisor", incisor_edge(mandible_, 5.2, 1, box.lower.y + 6 * s_, top - 6 * s_, top + 1));
+    if (teeth)
+      set("lower_incisor", incisor_edge(mandible_, 5.2, 1, box.lower.y + 6 * s_, top - 6 * s_, top + 1));
     const auto profile = mandible_.front_profile(0, 1.0 * s_, menton->z, top, 0.25);
     const auto between = [&](double low, double high) {
       std::vector<ProfilePoint> part;
@@ -172,7 +181,8 @@ class BoneSearch {
     for (const Vec3& p : mandible_.points()) {
       if (side * p.x > 15 * s_) half.push_back(p);
     }
-    const auto gonion = extreme(half, [side](const Vec3& p) { return 0.3 * side * p.x + 0.7 * p.y - 0.7 * p.z; });
+    const auto gonion =
+        extreme(half, [side](const Vec3& p) { return 0.3 * side * p.x + 0.7 * p.y - 0.7 * p.z; });
     const auto condylion = extreme(half, [](const Vec3& p) { return 0.7 * (p.y + p.z); });
     if (gonion && gonion->z > lowest_ + kCutMarginMm) set(named("gonion", side), gonion);
     set(named("condylion", side), condylion);

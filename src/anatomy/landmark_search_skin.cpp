@@ -9,8 +9,12 @@ namespace {
 constexpr double kCutMarginMm = 1.5;
 /// The furrow between the lips is measured against the lips this far above and below …
 constexpr double kFurrowReachMm = 2.5;
-/// … and ends where it is shallower than this.
-constexpr double kFurrowEndMm = 0.3;
+/// … exists where it is deeper than this in the midline …
+constexpr double kFurrowMm = 0.3;
+/// … and ends where it is shallower than this. (0.3 mm before the scanner's blur.)
+constexpr double kFurrowEndMm = 0.2;
+/// The wings' walls are steeper than this (mm deeper per mm to the side) in the view from the front.
+constexpr double kWallSlope = 2.0;
 
 class SkinSearch {
  public:
@@ -37,7 +41,8 @@ class SkinSearch {
   }
 
   void nose() {
-    const auto tip = foremost(midline(orbits_ - 55 * s_, orbits_ - 6 * s_));
+    const auto tip =
+        middle_of_least(midline(orbits_ - 55 * s_, orbits_ - 6 * s_), [](const Vec3& p) { return p.y; });
     if (!tip) return;
     set("pronasale", tip);
     const auto glabella = foremost(midline(orbits_ + 14 * s_, orbits_ + 40 * s_));
@@ -46,14 +51,13 @@ class SkinSearch {
     if (glabella && glabella->z > low) set("soft_nasion", hollow(midline(low, glabella->z)));
     // Where nose and lip meet: furthest behind the line that leans on tip and lips.
     const auto below = midline(tip->z - 34 * s_, tip->z - 1 * s_);
-    const auto lips = least(below, [&](const Vec3& p) {
-      return p.z < tip->z - 12 * s_ ? (p.y - tip->y) / (tip->z - p.z) : 1e9;
-    });
+    const auto lips = least(
+        below, [&](const Vec3& p) { return p.z < tip->z - 12 * s_ ? (p.y - tip->y) / (tip->z - p.z) : 1e9; });
     if (lips) set("subnasale", furthest_behind(midline(lips->z, tip->z), *lips, *tip));
   }
 
-  /// The wings stand out as walls in the view from the front: where depth changes most from the middle to the side.
-  /// Alare is the wall's outermost place among the slices from subnasale to above the tip.
+  /// The wings stand out as walls in the view from the front: where depth changes most from the middle to the
+  /// side. Alare is the wall's outermost place among the slices from subnasale to above the tip.
   void wings() {
     const Vec3 tip = found_.at("pronasale"), base = found_.at("subnasale");
     for (const int side : {1, -1}) {
@@ -67,11 +71,12 @@ class SkinSearch {
   }
   [[nodiscard]] std::optional<Vec3> wall_in_slice(int side, double z) const {
     constexpr double kStep = 0.5;
-    double steepest = 1.5 * 2 * kStep, where = 0, depth = 0;  // at least half as deep again as wide
+    double where = 0, depth = 0;
     for (double x = 8 * s_; x < 26 * s_; x += kStep) {
-      const auto inner = skin_.from_front(side * (x - kStep), z), outer = skin_.from_front(side * (x + kStep), z);
-      if (!inner || !outer || outer->y - inner->y <= steepest) continue;
-      steepest = outer->y - inner->y, where = x, depth = 0.5 * (inner->y + outer->y);
+      const auto inner = skin_.from_front(side * (x - kStep), z),
+                 outer = skin_.from_front(side * (x + kStep), z);
+      if (!inner || !outer || outer->y - inner->y < kWallSlope * 2 * kStep) continue;
+      where = x, depth = 0.5 * (inner->y + outer->y);
     }
     if (where == 0) return std::nullopt;
     const auto wall = skin_.from_side(side, depth, z);
@@ -90,7 +95,7 @@ class SkinSearch {
     double best = low;
     depth = -1e9;
     for (double z = low; z <= high; z += 0.25) {
-      const double d = (furrow(x - 1, z) + furrow(x, z) + furrow(x + 1, z)) / 3;
+      const double d = (furrow(x - 1.5, z) + furrow(x, z) + furrow(x + 1.5, z)) / 3;
       if (d > depth) depth = d, best = z;
     }
     return best;
@@ -106,7 +111,7 @@ class SkinSearch {
     }
     double depth = -1e9, z = 0;
     if (low > lowest_ + kFurrowReachMm) z = deepest_furrow(0, low, high, depth);
-    const bool closed = depth > kFurrowEndMm * s_;
+    const bool closed = depth > kFurrowMm * s_;
     if (closed) {
       set("stomion", skin_.from_front(0, z));
       set("labrale_inferius", foremost(midline(z - 13 * s_, z - 1 * s_)));
@@ -136,7 +141,7 @@ class SkinSearch {
   void corner(int side, double height) {
     std::optional<Vec3> last;
     int missed = 0;
-    for (double x = 4 * s_; x < 40 * s_ && missed < 5; x += 0.5) {
+    for (double x = 4 * s_; x < 40 * s_ && missed < 9; x += 0.5) {
       double depth = 0;
       const double z = deepest_furrow(side * x, height - 2 * s_, height + 2 * s_, depth);
       if (depth < kFurrowEndMm * s_) {

@@ -13,7 +13,9 @@
 namespace turgor {
 namespace {
 
-constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 // Area-weighted mean of the triangles that `accept` takes; nothing where there are none.
 template <class Accept>
@@ -35,7 +37,8 @@ std::optional<Vec3> centroid(const TriMesh& mesh, Accept&& accept) {
 Vec3 find_upper_centre(const Head& head, double lip_level) {
   const Box3 box = bounds(head.skull);
   const double top = std::min(lip_level + 75, box.upper.z), middle_y = box.centre().y;
-  auto c = centroid(head.skull, [&](const Vec3& p) { return p.z > lip_level && p.z < top && p.y < middle_y; });
+  auto c =
+      centroid(head.skull, [&](const Vec3& p) { return p.z > lip_level && p.z < top && p.y < middle_y; });
   const Vec3 centre = c.value_or(box.centre());
   return centre - head.midsagittal.normal * head.midsagittal.signed_distance(centre);
 }
@@ -53,8 +56,8 @@ struct Columns {
   std::vector<double> depth;    // mm
 };
 
-// Where a column from `p` aims. Skin of the neck would aim almost along itself at the centre above: its rays rise by
-// 45° at most, towards the axis below the centre.
+// Where a column from `p` aims. Skin of the neck would aim almost along itself at the centre above: its rays
+// rise by 45° at most, towards the axis below the centre.
 Vec3 target_of(const Vec3& p, const Vec3& centre) {
   const double across = std::hypot(p.x - centre.x, p.y - centre.y);
   return {centre.x, centre.y, std::min(centre.z, p.z + across)};
@@ -81,8 +84,8 @@ Result<void> first_pass(const SurfaceQuery& bone, const TissueOptions& options, 
   tissue.ends.assign(n, ColumnEnd::none);
   parallel_for(n, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto found = bone.first_hit(tissue.surface.points[i], columns.direction[i], options.least_thickness_mm * 0.5,
-                                        options.greatest_thickness_mm);
+      const auto found = bone.first_hit(tissue.surface.points[i], columns.direction[i],
+                                        options.least_thickness_mm * 0.5, options.greatest_thickness_mm);
       if (!found) continue;
       columns.depth[i] = std::max(found->distance, options.least_thickness_mm);
       tissue.ends[i] = found->surface == 0 ? ColumnEnd::skull : ColumnEnd::mandible;
@@ -122,7 +125,8 @@ void second_pass(const LayeredTissue& tissue, const PointAdjacency& adjacency, C
   }
 }
 
-// Columns are attached to the bone they met, except where lips and cheeks slide over the teeth (mucosa of the vestibule).
+// Columns are attached to the bone they met, except where lips and cheeks slide over the teeth (mucosa of the
+// vestibule).
 void attach(const Head& head, const TissueOptions& options, const Columns& columns, LayeredTissue& tissue) {
   std::optional<SurfaceQuery> teeth;
   if (!head.teeth.empty() && options.release_near_teeth_mm > 0) teeth.emplace(head.teeth);
@@ -139,7 +143,8 @@ std::vector<double> sheet_depths(const TissueOptions& options, double depth) {
   const bool by_share = options.thickness_mm.empty();
   const std::vector<double>& layers = by_share ? options.fractions : options.thickness_mm;
   const double total = std::accumulate(layers.begin(), layers.end(), 0.0);
-  // Where the tissue is thinner than its layers they thin in proportion; where it is thicker the innermost takes the rest.
+  // Where the tissue is thinner than its layers they thin in proportion; where it is thicker the innermost
+  // takes the rest.
   const double scale = by_share ? depth / total : std::min(1.0, depth / total);
   std::vector<double> out(1, 0.0);
   for (const double layer : layers) out.push_back(out.back() + layer * scale);
@@ -148,7 +153,8 @@ std::vector<double> sheet_depths(const TissueOptions& options, double depth) {
 }
 
 // Whether the prisms of triangle t are all well away from inversion.
-bool sound(const TissueOptions& options, const LayeredTissue& tissue, const Columns& columns, const Index3& t) {
+bool sound(const TissueOptions& options, const LayeredTissue& tissue, const Columns& columns,
+           const Index3& t) {
   const auto& p = tissue.surface.points;
   std::vector<double> depths[3];
   for (std::size_t i = 0; i < 3; ++i) depths[i] = sheet_depths(options, columns.depth[at(t[i])]);
@@ -157,17 +163,18 @@ bool sound(const TissueOptions& options, const LayeredTissue& tissue, const Colu
   };
   const double twice_area = length(triangle_normal(tissue.surface, t));
   for (std::size_t s = 0; s + 1 < depths[0].size(); ++s) {
-    const double height = std::min({depths[0][s + 1] - depths[0][s], depths[1][s + 1] - depths[1][s],
-                                    depths[2][s + 1] - depths[2][s]});
+    const double height = std::min(
+        {depths[0][s + 1] - depths[0][s], depths[1][s + 1] - depths[1][s], depths[2][s + 1] - depths[2][s]});
     const double volume = smallest_prism_volume(place(0, s), place(1, s), place(2, s), place(0, s + 1),
-                                                 place(1, s + 1), place(2, s + 1));
+                                                place(1, s + 1), place(2, s + 1));
     if (volume <= 0.02 * twice_area * height) return false;
   }
   return true;
 }
 
 // Triangles over prisms that are crossed.
-std::vector<int> crossed_triangles(const TissueOptions& options, const LayeredTissue& tissue, const Columns& columns) {
+std::vector<int> crossed_triangles(const TissueOptions& options, const LayeredTissue& tissue,
+                                   const Columns& columns) {
   std::vector<int> out;
   for (int t = 0; t < static_cast<int>(tissue.surface.triangles.size()); ++t) {
     if (!sound(options, tissue, columns, tissue.surface.triangles[at(t)])) out.push_back(t);
@@ -188,8 +195,8 @@ void cast_again(const SurfaceQuery& bone, const TissueOptions& options, const La
 void even_out(const SurfaceQuery& bone, const TissueOptions& options, const LayeredTissue& tissue,
               const PointAdjacency& adjacency, const std::vector<int>& crossed, Columns& columns) {
   const auto neighbours = [&](int c) {
-    return std::span(adjacency.neighbours).subspan(at(adjacency.offsets[at(c)]),
-                                                   at(adjacency.offsets[at(c) + 1] - adjacency.offsets[at(c)]));
+    return std::span(adjacency.neighbours)
+        .subspan(at(adjacency.offsets[at(c)]), at(adjacency.offsets[at(c) + 1] - adjacency.offsets[at(c)]));
   };
   std::vector<bool> troubled(columns.depth.size(), false);
   for (const int t : crossed) {
@@ -213,8 +220,8 @@ void even_out(const SurfaceQuery& bone, const TissueOptions& options, const Laye
   }
 }
 
-// Firm: turns the columns of crossed prisms inwards, triangle by triangle, and shortens them. Short columns that run
-// inwards from all their triangles are never crossed.
+// Firm: turns the columns of crossed prisms inwards, triangle by triangle, and shortens them. Short columns
+// that run inwards from all their triangles are never crossed.
 void turn_inwards(const LayeredTissue& tissue, const std::vector<int>& crossed, Columns& columns) {
   std::vector<bool> shortened(columns.depth.size(), false);
   for (const int t : crossed) {
@@ -222,7 +229,7 @@ void turn_inwards(const LayeredTissue& tissue, const std::vector<int>& crossed, 
     for (const int c : tissue.surface.triangles[at(t)]) {
       Vec3& direction = columns.direction[at(c)];
       if (dot(direction, normal) > -0.25) direction = normalized(direction - normal * 0.2);
-      if (!shortened[at(c)]) columns.depth[at(c)] = std::max(0.95 * columns.depth[at(c)], 0.1);
+      if (!shortened[at(c)]) columns.depth[at(c)] = std::max(0.95 * columns.depth[at(c)], 0.5);
       shortened[at(c)] = true;
     }
   }
@@ -278,7 +285,8 @@ void lay_sheets(const TissueOptions& options, const Columns& columns, LayeredTis
 
 Result<void> check_options(const TissueOptions& options) {
   const auto& layers = options.thickness_mm.empty() ? options.fractions : options.thickness_mm;
-  const bool positive = std::all_of(layers.begin(), layers.end(), [](double v) { return std::isfinite(v) && v > 0; });
+  const bool positive =
+      std::all_of(layers.begin(), layers.end(), [](double v) { return std::isfinite(v) && v > 0; });
   if (layers.empty() || !positive) {
     return Error{ErrorKind::bad_command, "layer thicknesses and fractions must be positive", "layers",
                  "Give one positive number per layer, outermost first"};
@@ -294,19 +302,22 @@ double smallest_prism_volume(const Vec3& a, const Vec3& b, const Vec3& c, const 
     return dot(p - o, cross(q - o, r - o));
   };
   return std::min({// one at each corner
-                   six_volume(a, d, c, b), six_volume(b, e, a, c), six_volume(c, f, b, a), six_volume(d, a, e, f),
-                   six_volume(e, b, f, d), six_volume(f, c, d, e),
+                   six_volume(a, d, c, b), six_volume(b, e, a, c), six_volume(c, f, b, a),
+                   six_volume(d, a, e, f), six_volume(e, b, f, d), six_volume(f, c, d, e),
                    // the middle tetrahedron of each of the six splits
-                   six_volume(a, b, e, f), six_volume(a, c, e, f), six_volume(b, c, f, d), six_volume(b, a, f, d),
-                   six_volume(c, a, d, e), six_volume(c, b, d, e)});
+                   six_volume(a, b, e, f), six_volume(a, c, e, f), six_volume(b, c, f, d),
+                   six_volume(b, a, f, d), six_volume(c, a, d, e), six_volume(c, b, d, e)});
 }
 
 int count_inverted(const LayeredTissue& tissue, const std::vector<Vec3>& points) {
   int inverted = 0;
   for (const Index3& t : tissue.surface.triangles) {
     for (int s = 0; s + 1 < tissue.sheets; ++s) {
-      const auto p = [&](int sheet, int i) -> const Vec3& { return points[at(tissue.point(sheet, t[at(i)]))]; };
-      if (smallest_prism_volume(p(s, 0), p(s, 1), p(s, 2), p(s + 1, 0), p(s + 1, 1), p(s + 1, 2)) <= 0) ++inverted;
+      const auto p = [&](int sheet, int i) -> const Vec3& {
+        return points[at(tissue.point(sheet, t[at(i)]))];
+      };
+      if (smallest_prism_volume(p(s, 0), p(s, 1), p(s, 2), p(s + 1, 0), p(s + 1, 1), p(s + 1, 2)) <= 0)
+        ++inverted;
     }
   }
   return inverted;
@@ -340,8 +351,10 @@ Result<LayeredTissue> build_tissue(const Head& head, const Landmarks& landmarks,
   lay_sheets(options, columns, tissue);
   tissue.rim_distance_mm = distances_to_rim(tissue);
   if (const int inverted = count_inverted(tissue, tissue.points); inverted > 0) {
-    return Error{ErrorKind::internal, std::to_string(inverted) + " prisms of tissue stay inverted after repair", "tissue",
-                 "Correct the two centres with the command centre, or ask for fewer columns with tissue_points"};
+    return Error{
+        ErrorKind::internal, std::to_string(inverted) + " prisms of tissue stay inverted after repair",
+        "tissue",
+        "Correct the two centres with the command centre, or ask for fewer columns with tissue_points"};
   }
   return tissue;
 }

@@ -34,11 +34,12 @@ std::optional<LipSlit> find_lip_slit(const Landmarks& landmarks, std::optional<d
 }
 
 TriMesh part_lips(const TriMesh& skin, const LipSlit& slit, double snap_mm, std::vector<int>* side) {
-  return cut_slit(skin, slit.plane, [&](const Vec3& p) { return slit.covers(p); }, snap_mm, side);
+  return cut_slit(
+      skin, slit.plane, [&](const Vec3& p) { return slit.covers(p); }, snap_mm, side);
 }
 
-std::vector<Vec3> spread_lips(const std::vector<Vec3>& points, const std::vector<int>& side, const LipSlit& slit,
-                              double gap_mm) {
+std::vector<Vec3> spread_lips(const std::vector<Vec3>& points, const std::vector<int>& side,
+                              const LipSlit& slit, double gap_mm) {
   const double reach = 4 * gap_mm;
   std::vector<Vec3> out(points);
   for (std::size_t i = 0; i < points.size(); ++i) {

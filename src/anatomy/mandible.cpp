@@ -9,8 +9,8 @@
 namespace turgor {
 namespace {
 
-/// Beyond this distance from the occlusal plane a voxel of the dental arch surely belongs to one row. Upper incisors
-/// overlap lower ones by less.
+/// Beyond this distance from the occlusal plane a voxel of the dental arch surely belongs to one row. Upper
+/// incisors overlap lower ones by less.
 constexpr double kBandMm = 4.0;
 /// What lies this near to a tooth, seen along the occlusal plane's normal, belongs to the arch.
 constexpr double kArchMm = 3.0;
@@ -36,7 +36,8 @@ void for_each_voxel(const LabelVolume& mask, Visit&& visit) {
 /// Points laid flat on a plane, as cells of 1 mm: which cells lie within a distance of one of the points.
 class Footprint {
  public:
-  Footprint(const LabelVolume& mask, const Plane& plane, double reach_mm) : reach_(static_cast<int>(reach_mm)) {
+  Footprint(const LabelVolume& mask, const Plane& plane, double reach_mm)
+      : reach_(static_cast<int>(reach_mm)) {
     across_ = normalized(cross(Vec3{0, 1, 0}, plane.normal));
     back_ = cross(plane.normal, across_);
     cells_.assign(static_cast<std::size_t>(kSide) * kSide, 0);
@@ -103,7 +104,8 @@ bool looks_like_mandible(const LabelVolume& piece, const Cranium& cranium) {
   const Spread spread = spread_of(piece);
   const Vec3 size = spread.box.size();
   if (size.x < 55 || size.x > 160 || size.y < 35 || size.z < 25) return false;
-  if (spread.box.centre().z > cranium.centre.z - 30 || spread.box.lower.y > cranium.centre.y - 20) return false;
+  if (spread.box.centre().z > cranium.centre.z - 30 || spread.box.lower.y > cranium.centre.y - 20)
+    return false;
   const double middle = spread.box.centre().x;
   double chin = 0, front = 0, back_middle = 0, back = 0;
   for_each_voxel(piece, [&](std::size_t, const Vec3& p) {
@@ -134,7 +136,8 @@ std::optional<LabelVolume> markers_by_occlusal_plane(const CtVolume& hu, const L
   double lowest = 0;
   for_each_voxel(below, [&](std::size_t, const Vec3& p) {
     const bool front = p.y < spread.box.lower.y + 0.4 * size.y;
-    if (front && std::abs(p.x - spread.box.centre().x) < 10) lowest = std::min(lowest, plane.signed_distance(p));
+    if (front && std::abs(p.x - spread.box.centre().x) < 10)
+      lowest = std::min(lowest, plane.signed_distance(p));
   });
   constexpr double kLeastChinMm = 18;
   if (lowest > -kLeastChinMm) return std::nullopt;
@@ -159,7 +162,8 @@ std::optional<LabelVolume> markers_by_rising_threshold(const CtVolume& hu, const
   for (double part = 0.15; part < 1.3; part += 0.15) {
     const double level = levels.bone_level + part * (levels.bone - levels.bone_level);
     parallel_for(dense.voxels.size(), 1 << 18, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) dense.voxels[v] = all.voxels[v] != 0 && values.voxels[v] >= level;
+      for (std::size_t v = begin; v < end; ++v)
+        dense.voxels[v] = all.voxels[v] != 0 && values.voxels[v] >= level;
     });
     const Components pieces = connected_components(dense);
     for (int label = 2; label <= static_cast<int>(pieces.sizes.size()); ++label) {
@@ -178,7 +182,8 @@ std::optional<LabelVolume> markers_by_rising_threshold(const CtVolume& hu, const
   return std::nullopt;
 }
 
-std::optional<LabelVolume> markers_of_rami(const LabelVolume& bone, const LabelVolume& teeth, const Cranium& cranium) {
+std::optional<LabelVolume> markers_of_rami(const LabelVolume& bone, const LabelVolume& teeth,
+                                           const Cranium& cranium) {
   const Grid& g = bone.grid;
   constexpr double kSlabMm = 6;
   VoxelBox slab{{0, 0, 0}, {g.size[0] - 1, g.size[1] - 1, static_cast<int>(kSlabMm / g.spacing.z)}};
@@ -197,7 +202,8 @@ std::optional<LabelVolume> markers_of_rami(const LabelVolume& bone, const LabelV
     const Vec3 centre = spread.box.centre(), size = spread.box.size();
     const bool lateral = std::abs(centre.x - cranium.centre.x) > 30 && size.x < 35;
     const bool between = centre.y < cranium.centre.y + 15 && (rows.ml == 0 || centre.y > rows.box.upper.y);
-    const bool ramus = lateral && between && size.y > 15 && size.y < 60 && size.z > 0.7 * (kSlabMm - g.spacing.z);
+    const bool ramus =
+        lateral && between && size.y > 15 && size.y < 60 && size.z > 0.7 * (kSlabMm - g.spacing.z);
     found = found || ramus;
     // Sections in the slab have the same offsets as in the volume: both start at voxel (0, 0, 0).
     for (std::size_t v = 0; v < section.voxels.size(); ++v) {

@@ -21,7 +21,8 @@ namespace {
 Result<void> check_range(const char* name, double value, double low, double high) {
   // Written so that NaN fails too.
   if (value >= low && value <= high) return {};
-  return Error{ErrorKind::bad_input, fmt::format("the phantom's {} is {} but must lie between {} and {}", name, value, low, high),
+  return Error{ErrorKind::bad_input,
+               fmt::format("the phantom's {} is {} but must lie between {} and {}", name, value, low, high),
                "", fmt::format("Choose a {} from {} to {}", name, low, high)};
 }
 
@@ -47,12 +48,24 @@ Phantom::Phantom(std::unique_ptr<const Shapes> shapes) : shapes_(std::move(shape
 Phantom::~Phantom() = default;
 Phantom::Phantom(Phantom&&) noexcept = default;
 
-const PhantomParameters& Phantom::parameters() const { return shapes_->parts.parameters(); }
-double Phantom::skin(const Vec3& p) const { return shapes_->parts.distance(Part::skin, p); }
-double Phantom::skull(const Vec3& p) const { return shapes_->parts.distance(Part::skull, p); }
-double Phantom::mandible(const Vec3& p) const { return shapes_->parts.distance(Part::mandible, p); }
-const std::map<std::string, Vec3>& Phantom::landmarks() const { return shapes_->landmarks; }
-Box3 Phantom::extent() const { return phantom::scan_extent(parameters()); }
+const PhantomParameters& Phantom::parameters() const {
+  return shapes_->parts.parameters();
+}
+double Phantom::skin(const Vec3& p) const {
+  return shapes_->parts.distance(Part::skin, p);
+}
+double Phantom::skull(const Vec3& p) const {
+  return shapes_->parts.distance(Part::skull, p);
+}
+double Phantom::mandible(const Vec3& p) const {
+  return shapes_->parts.distance(Part::mandible, p);
+}
+const std::map<std::string, Vec3>& Phantom::landmarks() const {
+  return shapes_->landmarks;
+}
+Box3 Phantom::extent() const {
+  return phantom::scan_extent(parameters());
+}
 
 PhantomLabel Phantom::label(const Vec3& p) const {
   phantom::TissueProbe probe(shapes_->parts, p);
@@ -73,12 +86,13 @@ std::optional<double> Phantom::trace(PhantomSurface surface, const Vec3& origin,
   return phantom::trace(shapes_->parts, surface, origin, direction, max_mm);
 }
 
-Result<std::vector<double>> Phantom::thickness_map(std::span<const Vec3> points, std::span<const Vec3> targets,
-                                                   Context& context) const {
+Result<std::vector<double>> Phantom::thickness_map(std::span<const Vec3> points,
+                                                   std::span<const Vec3> targets, Context& context) const {
   if (targets.size() != 1 && targets.size() != points.size()) {
-    return Error{ErrorKind::bad_input,
-                 fmt::format("a thickness map of {} points was given {} targets", points.size(), targets.size()), "",
-                 "Give one target for all points, or one for each"};
+    return Error{
+        ErrorKind::bad_input,
+        fmt::format("a thickness map of {} points was given {} targets", points.size(), targets.size()), "",
+        "Give one target for all points, or one for each"};
   }
   const Stage stage(context, "Measuring the phantom's soft tissue");
   std::vector<double> thickness(points.size());
@@ -94,7 +108,9 @@ Result<std::vector<double>> Phantom::thickness_map(std::span<const Vec3> points,
   return thickness;
 }
 
-Result<CtVolume> Phantom::scan(Context& context) const { return phantom::scan(shapes_->parts, context); }
+Result<CtVolume> Phantom::scan(Context& context) const {
+  return phantom::scan(shapes_->parts, context);
+}
 Result<LabelVolume> Phantom::labels(const Grid& grid, Context& context) const {
   return phantom::labels(shapes_->parts, grid, context);
 }

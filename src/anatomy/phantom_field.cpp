@@ -35,14 +35,18 @@ double Field::apply(const Step& step, double value, const Views& views) {
   const Vec3& p = views.of(step.side);
   // Where the shape's bound alone keeps it clear of the value it need not be evaluated; no bit changes.
   if (step.operation != Operation::keep) {
-    const double clear = step.blend + (step.operation == Operation::join ? value : -value) + step.bound.radius;
+    const double clear =
+        step.blend + (step.operation == Operation::join ? value : -value) + step.bound.radius;
     if (clear < 0 || squared_length(p - step.bound.point) > clear * clear) return value;
   }
   const double d = step.shape->distance(p);
   switch (step.operation) {
-    case Operation::join: return smooth_min(value, d, step.blend);
-    case Operation::cut: return smooth_max(value, -d, step.blend);
-    case Operation::keep: return smooth_max(value, d, step.blend);
+    case Operation::join:
+      return smooth_min(value, d, step.blend);
+    case Operation::cut:
+      return smooth_max(value, -d, step.blend);
+    case Operation::keep:
+      return smooth_max(value, d, step.blend);
   }
   return value;
 }
@@ -92,8 +96,8 @@ double Field::value(const Vec3& p) const {
   return value;
 }
 
-// A join (or cut) whose operand stays clear of the value by more than its blend does nothing, or does all and makes
-// what went before needless.
+// A join (or cut) whose operand stays clear of the value by more than its blend does nothing, or does all and
+// makes what went before needless.
 Field Field::shortened(const Vec3& centre, double radius) const {
   const Views views(centre);
   Field out;
@@ -102,7 +106,8 @@ Field Field::shortened(const Vec3& centre, double radius) const {
   for (const Step& step : steps_) {
     const bool joins = step.operation == Operation::join;
     const Vec3& seen = views.of(step.side);
-    const double d = step.operation == Operation::cut ? -step.shape->distance(seen) : step.shape->distance(seen);
+    const double d =
+        step.operation == Operation::cut ? -step.shape->distance(seen) : step.shape->distance(seen);
     const double slack = step.blend + radius * (step.shape->lipschitz() + steepest) + 1e-9;
     const double lead = joins ? value - d : d - value;  // by how much the operand wins
     if (lead < -slack) continue;
@@ -127,7 +132,8 @@ constexpr double far_mm = 8;
 }  // namespace
 
 std::size_t IndexedField::cell(const Index3& at) const {
-  return (static_cast<std::size_t>(at[2]) * static_cast<std::size_t>(cells_[1]) + static_cast<std::size_t>(at[1])) *
+  return (static_cast<std::size_t>(at[2]) * static_cast<std::size_t>(cells_[1]) +
+          static_cast<std::size_t>(at[1])) *
              static_cast<std::size_t>(cells_[0]) +
          static_cast<std::size_t>(at[0]);
 }
@@ -142,8 +148,8 @@ void IndexedField::split(const Index3& from, int edge, const Field& parent, Bran
     if (from[a] >= cells_[a]) return;
   }
   const double half = 0.5 * edge * cell_mm_, radius = half * std::sqrt(3.0) + cell_margin;
-  const Vec3 centre = box_.lower + Vec3{from[0] * cell_mm_, from[1] * cell_mm_, from[2] * cell_mm_} +
-                      Vec3{half, half, half};
+  const Vec3 centre =
+      box_.lower + Vec3{from[0] * cell_mm_, from[1] * cell_mm_, from[2] * cell_mm_} + Vec3{half, half, half};
   Field part = parent.shortened(centre, radius);
   if (edge == 1 || std::abs(part.value(centre)) > part.lipschitz() * radius + far_mm) {
     for (int k = from[2]; k < std::min(from[2] + edge, cells_[2]); ++k) {
@@ -158,8 +164,8 @@ void IndexedField::split(const Index3& from, int edge, const Field& parent, Bran
   }
   const int step = edge / 2;
   for (int child = 0; child < 8; ++child) {
-    split({from[0] + (child & 1) * step, from[1] + (child >> 1 & 1) * step, from[2] + (child >> 2) * step}, step, part,
-          branch);
+    split({from[0] + (child & 1) * step, from[1] + (child >> 1 & 1) * step, from[2] + (child >> 2) * step},
+          step, part, branch);
   }
 }
 
@@ -177,8 +183,8 @@ IndexedField::IndexedField(Field field, const Box3& box, double cell_mm)
   parallel_for(branches.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       const auto i = static_cast<int>(r);
-      split({i % roots[0] * root, i / roots[0] % roots[1] * root, i / roots[0] / roots[1] * root}, root, field_,
-            branches[r]);
+      split({i % roots[0] * root, i / roots[0] % roots[1] * root, i / roots[0] / roots[1] * root}, root,
+            field_, branches[r]);
     }
   });
   part_of_.resize(static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]) *
@@ -192,11 +198,14 @@ IndexedField::IndexedField(Field field, const Box3& box, double cell_mm)
 
 const Field& IndexedField::at(const Vec3& p) const {
   const Vec3 q = (p - box_.lower) / cell_mm_;
-  if (!(q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x < cells_[0] && q.y < cells_[1] && q.z < cells_[2])) return field_;
+  if (!(q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x < cells_[0] && q.y < cells_[1] && q.z < cells_[2]))
+    return field_;
   return parts_[part_of_[cell({static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z)})]];
 }
 
-double IndexedField::value(const Vec3& p) const { return at(p).value(p); }
+double IndexedField::value(const Vec3& p) const {
+  return at(p).value(p);
+}
 
 double IndexedField::lipschitz(const Vec3& p, double radius) const {
   return radius <= cell_margin ? at(p).lipschitz() : field_.lipschitz();

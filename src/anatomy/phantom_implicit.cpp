@@ -8,21 +8,27 @@ namespace turgor::implicit {
 namespace {
 
 // Faster than std::hypot, which guards against overflows that cannot happen here.
-double norm(double a, double b) { return std::sqrt(a * a + b * b); }
+double norm(double a, double b) {
+  return std::sqrt(a * a + b * b);
+}
 
-// The exact distance: the nearest surface point is x_i = r_i² p_i / (t + r_i²), where t is the largest root of
-// S(t) = Σ (r_i p_i / (t + r_i²))² = 1. 1/√S is concave and rises, nearly straight, so Newton's steps on it never pass
-// the root from the left, and lead to its left from the right.
+// The exact distance: the nearest surface point is x_i = r_i² p_i / (t + r_i²), where t is the largest root
+// of S(t) = Σ (r_i p_i / (t + r_i²))² = 1. 1/√S is concave and rises, nearly straight, so Newton's steps on
+// it never pass the root from the left, and lead to its left from the right.
 class Ellipsoid final : public Shape {
  public:
   Ellipsoid(const Vec3& centre, const Vec3& radii, const Mat3& axes)
-      : centre_(centre), squares_{radii.x * radii.x, radii.y * radii.y, radii.z * radii.z}, radii_(radii),
-        axes_(axes.transposed()), least_(std::min({radii.x, radii.y, radii.z})) {}
+      : centre_(centre),
+        squares_{radii.x * radii.x, radii.y * radii.y, radii.z * radii.z},
+        radii_(radii),
+        axes_(axes.transposed()),
+        least_(std::min({radii.x, radii.y, radii.z})) {}
   double distance(const Vec3& p) const override {
     const Vec3 q = axes_ * (p - centre_);
     const Vec3 rq{radii_.x * std::abs(q.x), radii_.y * std::abs(q.y), radii_.z * std::abs(q.z)};
     // Each term alone reaches 1 here, so the root lies to the right; the last keeps off the pole.
-    const double left = std::max({rq.x - squares_.x, rq.y - squares_.y, rq.z - squares_.z, 1e-12 - least_ * least_});
+    const double left =
+        std::max({rq.x - squares_.x, rq.y - squares_.y, rq.z - squares_.z, 1e-12 - least_ * least_});
     double t = std::max(left, 0.0);
     for (int i = 0; i < 60; ++i) {
       const Vec3 n{1 / (t + squares_.x), 1 / (t + squares_.y), 1 / (t + squares_.z)};
@@ -35,7 +41,8 @@ class Ellipsoid final : public Shape {
     }
     const double a = q.x / (t + squares_.x), b = q.y / (t + squares_.y), c = q.z / (t + squares_.z);
     const double gap = std::sqrt(a * a + b * b + c * c);
-    // Deep inside, on the disc between the focal points, the nearest point leaves the formula: the pole's own radius.
+    // Deep inside, on the disc between the focal points, the nearest point leaves the formula: the pole's own
+    // radius.
     return t <= 1e-9 - least_ * least_ ? deep(q) : t * gap;
   }
   Knot bound() const override { return {centre_, std::max({radii_.x, radii_.y, radii_.z}) + 1e-6}; }
@@ -61,7 +68,10 @@ class Ellipsoid final : public Shape {
 class RoundedBox final : public Shape {
  public:
   RoundedBox(const Vec3& centre, const Vec3& half, double radius, const Mat3& axes)
-      : centre_(centre), core_(half - Vec3{radius, radius, radius}), radius_(radius), axes_(axes.transposed()) {}
+      : centre_(centre),
+        core_(half - Vec3{radius, radius, radius}),
+        radius_(radius),
+        axes_(axes.transposed()) {}
   double distance(const Vec3& p) const override {
     const Vec3 q = axes_ * (p - centre_);
     const Vec3 d{std::abs(q.x) - core_.x, std::abs(q.y) - core_.y, std::abs(q.z) - core_.z};
@@ -85,8 +95,8 @@ class HalfSpace final : public Shape {
   Plane plane_;
 };
 
-// The pieces of the Catmull–Rom spline through `count` ≥ 2 knots, `pieces` per interval, each as the coefficients of
-// powers of its own parameter, 0 to 1. Beyond its ends the curve is taken to go on straight.
+// The pieces of the Catmull–Rom spline through `count` ≥ 2 knots, `pieces` per interval, each as the
+// coefficients of powers of its own parameter, 0 to 1. Beyond its ends the curve is taken to go on straight.
 template <class T, class At>
 std::vector<std::array<T, 4>> cubic_pieces(std::size_t count, int pieces, const At& at) {
   std::vector<std::array<T, 4>> out;
@@ -112,8 +122,8 @@ struct Ball {
   friend Ball operator*(const Ball& a, double s) { return {a.p * s, a.r * s}; }
 };
 
-// The ball of radius r(t) about the curve c(t) nearest to p: the least |p − c(t)| − r(t), found on each piece of the
-// curve by Newton's method from the chord's foot.
+// The ball of radius r(t) about the curve c(t) nearest to p: the least |p − c(t)| − r(t), found on each piece
+// of the curve by Newton's method from the chord's foot.
 class Sweep final : public Shape {
  public:
   Sweep() = default;
@@ -162,8 +172,8 @@ class Sweep final : public Shape {
       // A point of the cubic lies within half the length of its control polygon of the middle of its ends.
       const Vec3 first = k[1].p / 3.0, second = (k[1].p + k[2].p) / 3.0, third = d - first - second;
       ball.p = k[0].p + d * 0.5;
-      ball.r = 0.5 * (length(first) + length(second) + length(third)) + k[0].r + std::abs(k[1].r) + std::abs(k[2].r) +
-               std::abs(k[3].r) + 1e-9;
+      ball.r = 0.5 * (length(first) + length(second) + length(third)) + k[0].r + std::abs(k[1].r) +
+               std::abs(k[2].r) + std::abs(k[3].r) + 1e-9;
     }
     double distance(const Vec3& p) const {
       const Vec3 from = p - k[0].p;
@@ -172,7 +182,8 @@ class Sweep final : public Shape {
         const Vec3 d = from - (k[1].p + (k[2].p + k[3].p * t) * t) * t;
         const Vec3 c1 = k[1].p + (k[2].p * 2.0 + k[3].p * (3 * t)) * t, c2 = k[2].p * 2.0 + k[3].p * (6 * t);
         const double r1 = k[1].r + (2 * k[2].r + 3 * k[3].r * t) * t, r2 = 2 * k[2].r + 6 * k[3].r * t;
-        const double gap = std::sqrt(squared_length(d)) + 1e-12, speed = squared_length(c1), forward = dot(d, c1);
+        const double gap = std::sqrt(squared_length(d)) + 1e-12, speed = squared_length(c1),
+                     forward = dot(d, c1);
         const double slope = forward + r1 * gap;
         const double bend = speed - dot(d, c2) - r2 * gap + r1 * forward / gap;
         // Near the centres of curvature the second derivative fails; then a cautious step.
@@ -190,8 +201,12 @@ class Sweep final : public Shape {
 
 struct Post {
   double x, y, z, h, t;
-  friend Post operator+(const Post& a, const Post& b) { return {a.x + b.x, a.y + b.y, a.z + b.z, a.h + b.h, a.t + b.t}; }
-  friend Post operator-(const Post& a, const Post& b) { return {a.x - b.x, a.y - b.y, a.z - b.z, a.h - b.h, a.t - b.t}; }
+  friend Post operator+(const Post& a, const Post& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z, a.h + b.h, a.t + b.t};
+  }
+  friend Post operator-(const Post& a, const Post& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z, a.h - b.h, a.t - b.t};
+  }
   friend Post operator*(const Post& a, double s) { return {a.x * s, a.y * s, a.z * s, a.h * s, a.t * s}; }
 };
 
@@ -208,7 +223,8 @@ class Wall final : public Shape {
       pieces_.push_back({k});
       for (const double t : {0.0, 0.5, 1.0}) {
         const Post step = k[1] + (k[2] * 2.0 + k[3] * (3 * t)) * t;
-        steepest = std::max(steepest, (std::abs(step.z) + std::abs(step.h) + std::abs(step.t)) / norm(step.x, step.y));
+        steepest = std::max(steepest,
+                            (std::abs(step.z) + std::abs(step.h) + std::abs(step.t)) / norm(step.x, step.y));
       }
     }
     lipschitz_ = std::sqrt(1 + steepest * steepest) + 0.15;
@@ -234,7 +250,8 @@ class Wall final : public Shape {
   ShapePtr shortened(const Vec3& centre, double radius) const override {
     const double reach = distance(centre) + 2 * radius * lipschitz_ + 1e-9;
     auto out = std::make_shared<Wall>(*this);
-    std::erase_if(out->pieces_, [&](const Piece& piece) { return piece.distance(centre, roundness_) > reach; });
+    std::erase_if(out->pieces_,
+                  [&](const Piece& piece) { return piece.distance(centre, roundness_) > reach; });
     return out->pieces_.size() < pieces_.size() ? out : nullptr;
   }
 
@@ -244,7 +261,8 @@ class Wall final : public Shape {
     [[nodiscard]] Post at(double t) const { return k[0] + (k[1] + (k[2] + k[3] * t) * t) * t; }
     [[nodiscard]] double distance(const Vec3& p, double roundness) const {
       const Post d = k[1] + k[2] + k[3];
-      double t = std::clamp(((p.x - k[0].x) * d.x + (p.y - k[0].y) * d.y) / (d.x * d.x + d.y * d.y), 0.0, 1.0);
+      double t =
+          std::clamp(((p.x - k[0].x) * d.x + (p.y - k[0].y) * d.y) / (d.x * d.x + d.y * d.y), 0.0, 1.0);
       for (int i = 0; i < 3; ++i) {
         const Post c = at(t), c1 = k[1] + (k[2] * 2.0 + k[3] * (3 * t)) * t, c2 = k[2] * 2.0 + k[3] * (6 * t);
         const double x = p.x - c.x, y = p.y - c.y, speed = c1.x * c1.x + c1.y * c1.y;
@@ -295,8 +313,8 @@ class Plate final : public Shape {
     };
     for (std::size_t i = 0; i < n; ++i) {
       const Flat e = corners[(i + 1) % n] - corners[i];
-      edges_.push_back({corners[i], e, 1 / (e.u * e.u + e.v * e.v), normal(i), normal((i + n - 1) % n) + normal(i),
-                        normal(i) + normal((i + 1) % n)});
+      edges_.push_back({corners[i], e, 1 / (e.u * e.u + e.v * e.v), normal(i),
+                        normal((i + n - 1) % n) + normal(i), normal(i) + normal((i + 1) % n)});
     }
   }
   double distance(const Vec3& p) const override {
@@ -405,8 +423,12 @@ class Group final : public Shape {
 
 }  // namespace
 
-Knot Shape::bound() const { return {{0, 0, 0}, std::numeric_limits<double>::infinity()}; }
-std::shared_ptr<const Shape> Shape::shortened(const Vec3&, double) const { return nullptr; }
+Knot Shape::bound() const {
+  return {{0, 0, 0}, std::numeric_limits<double>::infinity()};
+}
+std::shared_ptr<const Shape> Shape::shortened(const Vec3&, double) const {
+  return nullptr;
+}
 
 double smooth_step(double from, double to, double x) {
   const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
@@ -419,19 +441,27 @@ ShapePtr ellipsoid(const Vec3& centre, const Vec3& radii, const Mat3& axes) {
 ShapePtr rounded_box(const Vec3& centre, const Vec3& half, double radius, const Mat3& axes) {
   return std::make_shared<RoundedBox>(centre, half, radius, axes);
 }
-ShapePtr half_space(const Plane& inside_below) { return std::make_shared<HalfSpace>(inside_below); }
-ShapePtr sweep(const std::vector<Knot>& knots, int pieces) { return std::make_shared<Sweep>(knots, pieces); }
+ShapePtr half_space(const Plane& inside_below) {
+  return std::make_shared<HalfSpace>(inside_below);
+}
+ShapePtr sweep(const std::vector<Knot>& knots, int pieces) {
+  return std::make_shared<Sweep>(knots, pieces);
+}
 ShapePtr wall(const std::vector<WallKnot>& knots, double roundness, int pieces) {
   return std::make_shared<Wall>(knots, roundness, pieces);
 }
-ShapePtr plate(const Vec3& origin, const Mat3& axes, const std::vector<OutlinePoint>& outline, double half_thickness,
-               double radius, int pieces) {
+ShapePtr plate(const Vec3& origin, const Mat3& axes, const std::vector<OutlinePoint>& outline,
+               double half_thickness, double radius, int pieces) {
   return std::make_shared<Plate>(origin, axes, outline, half_thickness, radius, pieces);
 }
-ShapePtr offset(ShapePtr shape, double by) { return std::make_shared<Offset>(std::move(shape), by); }
+ShapePtr offset(ShapePtr shape, double by) {
+  return std::make_shared<Offset>(std::move(shape), by);
+}
 ShapePtr moved(ShapePtr shape, const RigidTransform& motion) {
   return std::make_shared<Moved>(std::move(shape), motion.inverse());
 }
-ShapePtr group(Field field) { return std::make_shared<Group>(std::move(field)); }
+ShapePtr group(Field field) {
+  return std::make_shared<Group>(std::move(field));
+}
 
 }  // namespace turgor::implicit

@@ -3,15 +3,21 @@
 namespace turgor::phantom {
 namespace {
 
-// A window of rays against `outward` through a rectangle around `centre`, and what they first meet of one part.
+// A window of rays against `outward` through a rectangle around `centre`, and what they first meet of one
+// part.
 class Window {
  public:
   Window(const PosedParts& parts, Part part, const Vec3& centre, const Vec3& outward, const Vec3& along)
-      : parts_(parts), part_(part), centre_(centre), outward_(normalized(outward)),
-        v_(normalized(along - outward_ * dot(along, outward_))), u_(cross(v_, outward_)),
+      : parts_(parts),
+        part_(part),
+        centre_(centre),
+        outward_(normalized(outward)),
+        v_(normalized(along - outward_ * dot(along, outward_))),
+        u_(cross(v_, outward_)),
         reach_(14 * parts.parameters().size) {}
 
-  /// Height over the window's plane, along `outward`, of the surface point at (u, v); far below where there is none.
+  /// Height over the window's plane, along `outward`, of the surface point at (u, v); far below where there
+  /// is none.
   [[nodiscard]] double height(double u, double v) const {
     const Vec3 from = centre_ + u_ * u + v_ * v + outward_ * reach_;
     const double slope = parts_.lipschitz(part_);
@@ -35,7 +41,8 @@ class Window {
     return centre_ + u_ * u + v_ * v + outward_ * height(u, v);
   }
 
-  /// The highest (or, `deepest`, lowest) point for |u| ≤ half_u, |v| ≤ half_v: a scan, then ever smaller steps.
+  /// The highest (or, `deepest`, lowest) point for |u| ≤ half_u, |v| ≤ half_v: a scan, then ever smaller
+  /// steps.
   [[nodiscard]] Vec3 extreme(double half_u, double half_v, bool deepest = false) const {
     const double sign = deepest ? -1 : 1;
     double best_u = 0, best_v = 0, best = -1e9;
@@ -57,7 +64,8 @@ class Window {
       while (moved) {
         moved = false;
         const double u = best_u, v = best_v;
-        for (const double s : {-step, step}) moved = consider(u + s, v) || moved, moved = consider(u, v + s) || moved;
+        for (const double s : {-step, step})
+          moved = consider(u + s, v) || moved, moved = consider(u, v + s) || moved;
       }
     }
     return point(best_u, best_v);
@@ -103,7 +111,8 @@ class LandmarkSearch {
     found_["a_point"] = midline(Part::skull, fixed({0, -85, -33}), 6, true);
     found_["upper_incisor"] = Window(parts_, Part::upper_teeth, fixed({4.35, -91, -49}), -up, front)
                                   .extreme(0.5 * size_, 3 * size_);
-    found_["zygion_left"] = Window(parts_, Part::skull, fixed({63, -33, -2}), left, up).extreme(22 * size_, 8 * size_);
+    found_["zygion_left"] =
+        Window(parts_, Part::skull, fixed({63, -33, -2}), left, up).extreme(22 * size_, 8 * size_);
     orbitale();
   }
 
@@ -129,17 +138,19 @@ class LandmarkSearch {
     found_["pogonion"] = midline(Part::mandible, at({0, -87, -82}), 7, false);
     found_["b_point"] = midline(Part::mandible, at({0, -83, -69}), 7, true);
     found_["menton"] = midline(Part::mandible, at({0, -80, -90}), 7, false, -up, front);
-    found_["lower_incisor"] = Window(parts_, Part::lower_teeth, at({2.75, -88, -50}), up, front)
-                                  .extreme(0.5 * size_, 3 * size_);
+    found_["lower_incisor"] =
+        Window(parts_, Part::lower_teeth, at({2.75, -88, -50}), up, front).extreme(0.5 * size_, 3 * size_);
     found_["condylion_left"] =
         Window(parts_, Part::mandible, at({50, -10, 1}), {0, 1, 1}, up).extreme(8 * size_, 5 * size_);
-    found_["gonion_left"] =
-        Window(parts_, Part::mandible, at({46, -14, -62}), {0.3, 0.7, -0.7}, up).extreme(8 * size_, 10 * size_);
+    found_["gonion_left"] = Window(parts_, Part::mandible, at({46, -14, -62}), {0.3, 0.7, -0.7}, up)
+                                .extreme(8 * size_, 10 * size_);
   }
 
   void soft_profile() {
     const auto at = [&](const Vec3& q) { return parts_.place_soft(q); };
-    const auto skin = [&](const Vec3& q, double half, bool deepest) { return midline(Part::skin, at(q), half, deepest); };
+    const auto skin = [&](const Vec3& q, double half, bool deepest) {
+      return midline(Part::skin, at(q), half, deepest);
+    };
     found_["soft_nasion"] = skin({0, -93, 22}, 9, true);
     found_["pronasale"] = skin({0, -117, -13}, 7, false);
     const Vec3 subnasale = midline(Part::skin, at({0, -103, -26}), 6, true, {0, -1, -1});
@@ -147,8 +158,8 @@ class LandmarkSearch {
     found_["subnasale"] = subnasale;
     found_["labrale_superius"] = upper_lip;
     const Vec3 chord = upper_lip - subnasale;
-    found_["soft_a_point"] = midline(Part::skin, (subnasale + upper_lip) * 0.5, 0.45 * length(chord) / size_, true,
-                                     cross(normalized(chord), left), chord);
+    found_["soft_a_point"] = midline(Part::skin, (subnasale + upper_lip) * 0.5, 0.45 * length(chord) / size_,
+                                     true, cross(normalized(chord), left), chord);
     found_["stomion"] = skin({0, -101, -47}, 3, true);
     found_["labrale_inferius"] = skin({0, -104, -53}, 4.5, false);
     found_["soft_b_point"] = skin({0, -97, -65}, 7, true);
@@ -162,7 +173,8 @@ class LandmarkSearch {
     cheilion();
   }
 
-  // Where the furrow between the lips runs out: its depth, between the lips 2.5 mm above and below, falls to 0.3 mm.
+  // Where the furrow between the lips runs out: its depth, between the lips 2.5 mm above and below, falls to
+  // 0.3 mm.
   void cheilion() {
     const auto deepest = [&](double x) {
       const Window window(parts_, Part::skin, parts_.place_soft({x, -94, -47}), front, up);
@@ -189,6 +201,8 @@ class LandmarkSearch {
 
 }  // namespace
 
-std::map<std::string, Vec3> true_landmarks(const PosedParts& parts) { return LandmarkSearch(parts).all(); }
+std::map<std::string, Vec3> true_landmarks(const PosedParts& parts) {
+  return LandmarkSearch(parts).all();
+}
 
 }  // namespace turgor::phantom

@@ -8,7 +8,8 @@ using implicit::smooth_step;
 constexpr double cell_mm = 8;
 const Box3 indexed_box{{-112, -140, -192}, {112, 140, 144}};
 
-// Depth and height over which the mandible's body grows: before it all moves with the chin, behind it nothing moves.
+// Depth and height over which the mandible's body grows: before it all moves with the chin, behind it nothing
+// moves.
 constexpr double body_front = -42, body_back = -10;
 
 double gaussian(const Vec3& q, const Vec3& centre, double width) {
@@ -53,7 +54,8 @@ PosedParts::PosedParts(const PhantomParameters& parameters) : parameters_(parame
   const double warp = 1 + std::abs(parameters.jaw_protrusion_mm) / parameters.size * 2.2 / 32;
   for (std::size_t i = 0; i < part_count; ++i) {
     const auto part = static_cast<Part>(i);
-    const bool fixed = part == Part::skull || part == Part::upper_teeth || part == Part::brain || part == Part::holder;
+    const bool fixed =
+        part == Part::skull || part == Part::upper_teeth || part == Part::brain || part == Part::holder;
     stretch_[i] = fixed ? 1 : warp;
   }
   thickening_slope_[static_cast<std::size_t>(Part::skin)] = 0.8 * std::abs(parameters.thickness - 1);
@@ -66,7 +68,8 @@ double PosedParts::lipschitz(Part part) const {
 
 double PosedParts::lipschitz(Part part, const Vec3& p, double radius) const {
   const auto i = static_cast<std::size_t>(part);
-  return fields_[i].lipschitz(reference(part, p), reference_radius(part, radius)) * stretch_[i] + thickening_slope_[i];
+  return fields_[i].lipschitz(reference(part, p), reference_radius(part, radius)) * stretch_[i] +
+         thickening_slope_[i];
 }
 
 double PosedParts::reference_radius(Part part, double radius) const {
@@ -94,13 +97,15 @@ Vec3 PosedParts::without_protrusion(const Vec3& q, double share) const {
 // Soft tissue over the bone, mm: what a thickness of 1 stands for.
 double PosedParts::thickening(const Vec3& q) const {
   double t = 5.5;
-  t += 10 * gaussian(q, {38, -58, -38}, 17) + 5 * gaussian(q, {48, -22, -45}, 18) + 2.5 * gaussian(q, {30, -80, -10}, 14);
+  t += 10 * gaussian(q, {38, -58, -38}, 17) + 5 * gaussian(q, {48, -22, -45}, 18) +
+       2.5 * gaussian(q, {30, -80, -10}, 14);
   t += 5.5 * gaussian(q, {0, -104, -34}, 14) + 5 * gaussian(q, {0, -98, -70}, 14);
   t -= 2.5 * gaussian(q, {0, -104, 2}, 13) + 1.5 * gaussian(q, {0, -118, -14}, 10);
-  t -= 4.5 * gaussian(q, {78, 8, 0}, 22);
   t -= 3.5 * gaussian(q, {31, -88, 12}, 12);
   t -= 4.5 * gaussian(q, {0, -104, -47}, 7) + 4 * gaussian(q, {18, -98, -47}, 7);
-  return t;
+  // The auricles keep their thickness.
+  const double ear = squared_length(Vec3{std::abs(q.x) - 80, q.y - 14, q.z - 2}) / (40.0 * 40.0);
+  return t * (1 - 0.95 * std::exp(-ear * ear));
 }
 
 Vec3 PosedParts::reference(Part part, const Vec3& p) const {
@@ -109,12 +114,15 @@ Vec3 PosedParts::reference(Part part, const Vec3& p) const {
   if (parameters_.jaw_protrusion_mm == 0) return q;
   switch (part) {
     case Part::mandible:
-    case Part::lower_teeth: return without_protrusion(q, bone_share(q));
+    case Part::lower_teeth:
+      return without_protrusion(q, bone_share(q));
     case Part::skin:
     case Part::air:
     case Part::muscle:
-    case Part::cartilage: return without_protrusion(q, soft_share(q));
-    default: return q;
+    case Part::cartilage:
+      return without_protrusion(q, soft_share(q));
+    default:
+      return q;
   }
 }
 

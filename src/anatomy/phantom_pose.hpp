@@ -1,4 +1,5 @@
-// The phantom's fields in the patient: the reference parts carried by size, jaw protrusion and soft-tissue thickness.
+// The phantom's fields in the patient: the reference parts carried by size, jaw protrusion and soft-tissue
+// thickness.
 #pragma once
 
 #include <array>
@@ -10,7 +11,18 @@
 namespace turgor::phantom {
 
 /// The fields from which every tissue follows.
-enum class Part : std::uint8_t { skin, skull, mandible, upper_teeth, lower_teeth, air, muscle, brain, cartilage, holder };
+enum class Part : std::uint8_t {
+  skin,
+  skull,
+  mandible,
+  upper_teeth,
+  lower_teeth,
+  air,
+  muscle,
+  brain,
+  cartilage,
+  holder
+};
 inline constexpr std::size_t part_count = 10;
 
 /// One tissue: where `outline` is negative and no earlier layer lies.
@@ -34,7 +46,8 @@ class PosedParts {
   /// The same by `local`, where p lies in its ball.
   [[nodiscard]] double value(Part part, const Vec3& p, const LocalFields& local) const;
   /// Adds the part's field for a ball; `wider` (may be null) holds in a ball around it.
-  void add_local(LocalFields& local, Part part, const Vec3& centre, double radius, const LocalFields* wider) const;
+  void add_local(LocalFields& local, Part part, const Vec3& centre, double radius,
+                 const LocalFields* wider) const;
   /// Bound of the change of value() per mm: everywhere, and within `radius` around p.
   [[nodiscard]] double lipschitz(Part part) const;
   [[nodiscard]] double lipschitz(Part part, const Vec3& p, double radius) const;
@@ -43,8 +56,8 @@ class PosedParts {
   [[nodiscard]] Vec3 gradient(Part part, const Vec3& p) const;
   [[nodiscard]] double eye(const Vec3& p) const;
 
-  /// Where the jaw's protrusion takes a point of the reference mandible (or of the soft tissue) and the size then puts
-  /// it. Good to a fraction of a millimetre, for places to search from.
+  /// Where the jaw's protrusion takes a point of the reference mandible (or of the soft tissue) and the size
+  /// then puts it. Good to a fraction of a millimetre, for places to search from.
   [[nodiscard]] Vec3 place_bone(const Vec3& reference) const;
   [[nodiscard]] Vec3 place_soft(const Vec3& reference) const;
 
@@ -66,7 +79,8 @@ class PosedParts {
   std::array<double, part_count> stretch_{}, thickening_slope_{};
 };
 
-/// The tissues in order of precedence, and the outline of each at one point. Fields are evaluated when first asked for.
+/// The tissues in order of precedence, and the outline of each at one point. Fields are evaluated when first
+/// asked for.
 class TissueProbe {
  public:
   static constexpr int layer_count = 13;
@@ -96,8 +110,8 @@ class TissueProbe {
 };
 
 /// As Phantom::trace.
-std::optional<double> trace(const PosedParts& parts, PhantomSurface surface, const Vec3& origin, const Vec3& direction,
-                            double max_mm);
+std::optional<double> trace(const PosedParts& parts, PhantomSurface surface, const Vec3& origin,
+                            const Vec3& direction, double max_mm);
 
 /// Every landmark, on the zero set of its surface.
 std::map<std::string, Vec3> true_landmarks(const PosedParts& parts);

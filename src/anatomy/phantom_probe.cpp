@@ -7,8 +7,21 @@ namespace {
 constexpr double dermis = 1.8, cortex = 2.0, enamel = 1.1, mucosa = 1.5;
 constexpr double crown_height = 8;
 
-enum Rank { in_enamel, in_dentine, in_marrow, in_bone, in_eye, in_brain, in_air, in_cartilage, in_muscle, in_fat,
-            in_skin, in_holder, outside };
+enum Rank {
+  in_enamel,
+  in_dentine,
+  in_marrow,
+  in_bone,
+  in_eye,
+  in_brain,
+  in_air,
+  in_cartilage,
+  in_muscle,
+  in_fat,
+  in_skin,
+  in_holder,
+  outside
+};
 
 }  // namespace
 
@@ -43,23 +56,35 @@ double TissueProbe::outline(int layer) {
     case in_enamel: {
       const double upper = field(Part::upper_teeth), lower = field(Part::lower_teeth);
       const double from_edge = std::abs(p_.z - occlusal_height(p_.y / size) * size);
-      return std::max({std::min(upper, lower), -enamel * size - std::min(upper, lower), from_edge - crown_height * size});
+      return std::max(
+          {std::min(upper, lower), -enamel * size - std::min(upper, lower), from_edge - crown_height * size});
     }
-    case in_dentine: return std::min(field(Part::upper_teeth), field(Part::lower_teeth));
-    case in_marrow: return std::min(field(Part::skull), field(Part::mandible)) + cortex * size;
-    case in_bone: return std::min(field(Part::skull), field(Part::mandible));
-    case in_eye: return parts_.eye(p_);
-    case in_brain: return field(Part::brain);
-    case in_air: return field(Part::air);
-    case in_cartilage: return std::max(field(Part::cartilage), field(Part::skin) + dermis * size);
+    case in_dentine:
+      return std::min(field(Part::upper_teeth), field(Part::lower_teeth));
+    case in_marrow:
+      return std::min(field(Part::skull), field(Part::mandible)) + cortex * size;
+    case in_bone:
+      return std::min(field(Part::skull), field(Part::mandible));
+    case in_eye:
+      return parts_.eye(p_);
+    case in_brain:
+      return field(Part::brain);
+    case in_air:
+      return field(Part::air);
+    case in_cartilage:
+      return std::max(field(Part::cartilage), field(Part::skin) + dermis * size);
     case in_muscle: {
       return std::max(std::min(field(Part::muscle), field(Part::air) - mucosa * size),
                       field(Part::skin) + 1.3 * dermis * size);
     }
-    case in_fat: return field(Part::skin) + dermis * size;
-    case in_skin: return field(Part::skin);
-    case in_holder: return parts_.parameters().head_holder ? field(Part::holder) : 1e9;
-    default: return -1e9;
+    case in_fat:
+      return field(Part::skin) + dermis * size;
+    case in_skin:
+      return field(Part::skin);
+    case in_holder:
+      return parts_.parameters().head_holder ? field(Part::holder) : 1e9;
+    default:
+      return -1e9;
   }
 }
 
@@ -95,17 +120,34 @@ std::uint32_t TissueProbe::parts_of(std::uint32_t layer_bits) {
     if ((layer_bits >> layer & 1) == 0) continue;
     switch (layer) {
       case in_enamel:
-      case in_dentine: all |= bits(teeth); break;
+      case in_dentine:
+        all |= bits(teeth);
+        break;
       case in_marrow:
-      case in_bone: all |= bits(bone); break;
-      case in_brain: all |= bits({Part::brain}); break;
-      case in_air: all |= bits({Part::air}); break;
-      case in_cartilage: all |= bits({Part::cartilage, Part::skin}); break;
-      case in_muscle: all |= bits({Part::muscle, Part::air, Part::skin}); break;
+      case in_bone:
+        all |= bits(bone);
+        break;
+      case in_brain:
+        all |= bits({Part::brain});
+        break;
+      case in_air:
+        all |= bits({Part::air});
+        break;
+      case in_cartilage:
+        all |= bits({Part::cartilage, Part::skin});
+        break;
+      case in_muscle:
+        all |= bits({Part::muscle, Part::air, Part::skin});
+        break;
       case in_fat:
-      case in_skin: all |= bits({Part::skin}); break;
-      case in_holder: all |= bits({Part::holder}); break;
-      default: break;
+      case in_skin:
+        all |= bits({Part::skin});
+        break;
+      case in_holder:
+        all |= bits({Part::holder});
+        break;
+      default:
+        break;
     }
   }
   return all;
@@ -116,7 +158,8 @@ PhantomLabel TissueProbe::label(int layer) {
   if (label == PhantomLabel::upper_teeth && field(Part::lower_teeth) < field(Part::upper_teeth)) {
     return PhantomLabel::lower_teeth;
   }
-  if (label == PhantomLabel::skull && field(Part::mandible) < field(Part::skull)) return PhantomLabel::mandible;
+  if (label == PhantomLabel::skull && field(Part::mandible) < field(Part::skull))
+    return PhantomLabel::mandible;
   // Nostrils and slit beyond the lid are outside air.
   if (label == PhantomLabel::airway && field(Part::skin) >= 0) return PhantomLabel::air;
   return label;
@@ -128,11 +171,15 @@ bool TissueProbe::same_label(int layer, double radius) {
   };
   switch (layer) {
     case in_enamel:
-    case in_dentine: return apart(Part::upper_teeth, Part::lower_teeth);
+    case in_dentine:
+      return apart(Part::upper_teeth, Part::lower_teeth);
     case in_marrow:
-    case in_bone: return apart(Part::skull, Part::mandible);
-    case in_air: return std::abs(field(Part::skin)) > radius * slope(Part::skin, radius);
-    default: return true;
+    case in_bone:
+      return apart(Part::skull, Part::mandible);
+    case in_air:
+      return std::abs(field(Part::skin)) > radius * slope(Part::skin, radius);
+    default:
+      return true;
   }
 }
 

@@ -10,7 +10,7 @@ namespace turgor::phantom {
 namespace {
 
 constexpr int layer_count = TissueProbe::layer_count;
-constexpr int block = 16;           // voxels along the edge of the first cells
+constexpr int block = 16;            // voxels along the edge of the first cells
 constexpr double largest_local = 4;  // mm: smaller cells get fields of their own
 
 /// A range of voxels, all layers but `active` known to be absent in it.
@@ -19,8 +19,8 @@ struct Cell {
   std::uint32_t active;
 };
 
-// What one pass over the voxels needs: the cells are split until one layer covers them, the rest goes voxel by voxel.
-// Sink: constant(cell, layer, probe-made label) and mixed(i, j, k, active).
+// What one pass over the voxels needs: the cells are split until one layer covers them, the rest goes voxel
+// by voxel. Sink: constant(cell, layer, probe-made label) and mixed(i, j, k, active).
 template <class Sink>
 class CellWalk {
  public:
@@ -98,7 +98,8 @@ struct HounsfieldSink {
   Index3 samples;
   double width;  // of a sample, mm
 
-  HounsfieldSink(const PosedParts& p, const Grid& g, std::vector<float>& o) : parts(p), grid(g), out(o), samples{}, width(1) {
+  HounsfieldSink(const PosedParts& p, const Grid& g, std::vector<float>& o)
+      : parts(p), grid(g), out(o), samples{}, width(1) {
     for (int a = 0; a < 3; ++a) {
       samples[static_cast<std::size_t>(a)] = std::max(2, static_cast<int>(std::ceil(g.spacing[a] / 0.55)));
       width *= g.spacing[a] / samples[static_cast<std::size_t>(a)];
@@ -134,9 +135,10 @@ struct HounsfieldSink {
  private:
   using Outlines = std::array<double, layer_count>;
 
-  // The mean of 2 × 2 × 2 samples. Four of them, a tetrahedron, fix a linear outline; where the middle of the voxel
-  // agrees with it the other four follow, else they are evaluated.
-  double eighths(const Index3& voxel, std::uint32_t active, TissueProbe& centre, const LocalFields* local) const {
+  // The mean of 2 × 2 × 2 samples. Four of them, a tetrahedron, fix a linear outline; where the middle of the
+  // voxel agrees with it the other four follow, else they are evaluated.
+  double eighths(const Index3& voxel, std::uint32_t active, TissueProbe& centre,
+                 const LocalFields* local) const {
     constexpr std::array<Index3, 4> corners{{{1, 1, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     std::array<Outlines, 4> at;
     Outlines mean{};
@@ -162,7 +164,8 @@ struct HounsfieldSink {
     }
     return sum / 8;
   }
-  Outlines outlines(const Index3& voxel, int a, int b, int c, std::uint32_t active, const LocalFields* local) const {
+  Outlines outlines(const Index3& voxel, int a, int b, int c, std::uint32_t active,
+                    const LocalFields* local) const {
     const Vec3 index{voxel[0] + (a + 0.5) / samples[0] - 0.5, voxel[1] + (b + 0.5) / samples[1] - 0.5,
                      voxel[2] + (c + 0.5) / samples[2] - 0.5};
     TissueProbe probe(parts, grid.to_patient(index), local);
@@ -206,8 +209,10 @@ struct LabelSink {
     out[grid.offset(voxel[0], voxel[1], voxel[2])] = at(voxel, active, local);
   }
   [[nodiscard]] std::uint8_t at(const Index3& voxel, std::uint32_t active, const LocalFields* local) const {
-    TissueProbe probe(parts, grid.to_patient({static_cast<double>(voxel[0]), static_cast<double>(voxel[1]),
-                                              static_cast<double>(voxel[2])}), local);
+    TissueProbe probe(parts,
+                      grid.to_patient({static_cast<double>(voxel[0]), static_cast<double>(voxel[1]),
+                                       static_cast<double>(voxel[2])}),
+                      local);
     for (int l = 0; l < layer_count; ++l) {
       if ((active >> l & 1) != 0 && probe.outline(l) < 0) return static_cast<std::uint8_t>(probe.label(l));
     }
@@ -226,7 +231,8 @@ Result<void> walk(const PosedParts& parts, const Grid& grid, Sink& sink, Context
       const int k = static_cast<int>(r) / rows * block, j = static_cast<int>(r) % rows * block;
       for (int i = 0; i < grid.size[0]; i += block) {
         cells.visit({{i, j, k},
-                     {std::min(i + block, grid.size[0]), std::min(j + block, grid.size[1]), std::min(k + block, grid.size[2])},
+                     {std::min(i + block, grid.size[0]), std::min(j + block, grid.size[1]),
+                      std::min(k + block, grid.size[2])},
                      (1u << layer_count) - 1});
       }
       context.progress(static_cast<double>(++done) / (slabs * rows));
@@ -249,13 +255,15 @@ std::vector<float> gaussian_taps(double sigma_in_voxels) {
   return out;
 }
 
-// One line of `count` groups of `width` neighbouring values, `stride` apart, blurred in place with clamped ends.
+// One line of `count` groups of `width` neighbouring values, `stride` apart, blurred in place with clamped
+// ends.
 void blur_lines(float* data, int count, std::size_t stride, std::size_t width, const std::vector<float>& taps,
                 std::vector<float>& copy) {
   const int reach = static_cast<int>(taps.size()) / 2;
   copy.resize(static_cast<std::size_t>(count) * width);
   for (int i = 0; i < count; ++i) {
-    std::copy_n(data + static_cast<std::size_t>(i) * stride, width, copy.data() + static_cast<std::size_t>(i) * width);
+    std::copy_n(data + static_cast<std::size_t>(i) * stride, width,
+                copy.data() + static_cast<std::size_t>(i) * width);
   }
   for (int i = 0; i < count; ++i) {
     float* to = data + static_cast<std::size_t>(i) * stride;
@@ -271,7 +279,8 @@ void blur_lines(float* data, int count, std::size_t stride, std::size_t width, c
 void blur(std::vector<float>& values, const Grid& grid, double sigma_mm) {
   const auto nx = static_cast<std::size_t>(grid.size[0]), ny = static_cast<std::size_t>(grid.size[1]),
              nz = static_cast<std::size_t>(grid.size[2]);
-  const auto along_x = gaussian_taps(sigma_mm / grid.spacing.x), along_y = gaussian_taps(sigma_mm / grid.spacing.y),
+  const auto along_x = gaussian_taps(sigma_mm / grid.spacing.x),
+             along_y = gaussian_taps(sigma_mm / grid.spacing.y),
              along_z = gaussian_taps(sigma_mm / grid.spacing.z);
   parallel_for(nz, 4, [&](std::size_t begin, std::size_t end) {
     std::vector<float> copy;
@@ -316,7 +325,8 @@ Result<CtVolume> scan(const PosedParts& parts, Context& context) {
   parallel_for(values.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       const double noise = parameters.noise_hu > 0 ? parameters.noise_hu * random.normal(v) : 0;
-      volume.voxels[v] = static_cast<std::int16_t>(std::lround(std::clamp(values[v] + noise, -1024.0, 3071.0)));
+      volume.voxels[v] =
+          static_cast<std::int16_t>(std::lround(std::clamp(values[v] + noise, -1024.0, 3071.0)));
     }
   });
   return volume;

@@ -10,17 +10,20 @@ namespace turgor::phantom {
 using implicit::Field;
 using implicit::ShapePtr;
 
-/// What differs between phantoms in the shapes themselves; everything else is a map of space (phantom_pose.hpp).
+/// What differs between phantoms in the shapes themselves; everything else is a map of space
+/// (phantom_pose.hpp).
 struct Fit {
   double joint_gap = 2.2;     ///< mm between condyle and fossa
   double occlusal_gap = 1.3;  ///< mm between upper and lower teeth
 };
 
-// The frame: Frankfurt plane at z = 0, ear canals at y ≈ 3; so skin glabella lies at y ≈ −98, the vertex at z ≈ 128,
-// the chin's lower edge at z ≈ −97.
+// The frame: Frankfurt plane at z = 0, ear canals at y ≈ 3; so skin glabella lies at y ≈ −98, the vertex at z
+// ≈ 128, the chin's lower edge at z ≈ −97.
 
 /// Height of the upper teeth's edges at depth y: a plane that rises to the back.
-[[nodiscard]] constexpr double occlusal_height(double y) { return -49.0 + 0.1 * (y + 92); }
+[[nodiscard]] constexpr double occlusal_height(double y) {
+  return -49.0 + 0.1 * (y + 92);
+}
 inline constexpr double occlusal_slope = 0.1;
 
 inline constexpr Vec3 condyle_centre{49, -12, -3};
@@ -34,7 +37,8 @@ inline constexpr double eye_radius = 12;
 [[nodiscard]] ShapePtr brain_space();
 [[nodiscard]] ShapePtr condyle(double grown_by);
 
-/// The knots of one side, the first in the midplane, carried on to the other side: first the right end, last the left.
+/// The knots of one side, the first in the midplane, carried on to the other side: first the right end, last
+/// the left.
 template <class K, class Mirror>
 std::vector<K> both_sides(const std::vector<K>& knots, const Mirror& mirror) {
   std::vector<K> out;
@@ -43,7 +47,8 @@ std::vector<K> both_sides(const std::vector<K>& knots, const Mirror& mirror) {
   return out;
 }
 [[nodiscard]] inline ShapePtr bow(const std::vector<implicit::Knot>& half, int pieces = 2) {
-  return implicit::sweep(both_sides(half, [](implicit::Knot k) { return k.point.x = -k.point.x, k; }), pieces);
+  return implicit::sweep(both_sides(half, [](implicit::Knot k) { return k.point.x = -k.point.x, k; }),
+                         pieces);
 }
 [[nodiscard]] inline ShapePtr bow_wall(const std::vector<implicit::WallKnot>& half, double roundness) {
   return implicit::wall(both_sides(half, [](implicit::WallKnot k) { return k.x = -k.x, k; }), roundness);

@@ -21,7 +21,7 @@ struct ToothPlan {
 };
 
 constexpr std::array<ToothPlan, 7> upper_plan{{
-    {Kind::incisor, 4.35, -91.2, 8.5, 7.0, 10.5, 13, 10},
+    {Kind::incisor, 4.35, -91.2, 8.5, 7.0, 10.5, 13, 9},
     {Kind::incisor, 11.6, -88.4, 6.6, 6.4, 9.2, 13, 8},
     {Kind::canine, 17.3, -83.0, 7.7, 7.8, 10.2, 16, 5},
     {Kind::premolar, 21.0, -76.2, 7.0, 8.8, 8.2, 13, 1.5},
@@ -39,8 +39,8 @@ constexpr std::array<ToothPlan, 7> lower_plan{{
     {Kind::molar, 25.9, -51.5, 10.4, 9.8, 7.0, 11, -1},
 }};
 
-// One tooth: a section that is a rounded rectangle, its two half sizes changing from the root's tip over the neck to
-// the edge, closed by a rounded cap.
+// One tooth: a section that is a rounded rectangle, its two half sizes changing from the root's tip over the
+// neck to the edge, closed by a rounded cap.
 class Tooth final : public Shape {
  public:
   /// `up` is +1 where the crown points upwards.
@@ -65,7 +65,8 @@ class Tooth final : public Shape {
     const double cap = std::max(h + cusp(m, b), -h - plan_.crown - plan_.root);
     const double round = plan_.kind == Kind::incisor ? 0.5 : 1.1;
     const double e = side + round, g = cap + round;
-    return std::sqrt(square(std::max(e, 0.0)) + square(std::max(g, 0.0))) + std::min(std::max(e, g), 0.0) - round;
+    return std::sqrt(square(std::max(e, 0.0)) + square(std::max(g, 0.0))) + std::min(std::max(e, g), 0.0) -
+           round;
   }
   implicit::Knot bound() const override {
     const double half = 0.5 * (plan_.crown + plan_.root);
@@ -81,7 +82,7 @@ class Tooth final : public Shape {
     const double belly = s * (1 - s) * 4;
     switch (plan_.kind) {
       case Kind::incisor:
-        a = w * (1 - 0.28 * s * s), c = 0.7 + (d - 0.7) * std::pow(s, 0.8);
+        a = w * (1 - 0.2 * s * s), c = 0.7 + (d - 0.7) * std::pow(s, 0.8);
         break;
       case Kind::canine:
         a = w * (0.82 - 0.16 * s + 0.18 * belly), c = 1.6 + (d - 1.6) * std::pow(s, 0.7);
@@ -98,10 +99,14 @@ class Tooth final : public Shape {
   double cusp(double m, double b) const {
     const double u = m / (0.5 * plan_.width), v = b / (0.5 * plan_.depth);
     switch (plan_.kind) {
-      case Kind::incisor: return 0;
-      case Kind::canine: return 1.6 * (std::sqrt(u * u + 0.05) - 0.22);
-      case Kind::premolar: return 1.2 * std::exp(-6 * v * v) + 0.4 * u * u;
-      case Kind::molar: return 1.2 * std::exp(-8 * v * v) + 0.6 * std::exp(-14 * u * u) * (1 - std::exp(-8 * v * v));
+      case Kind::incisor:
+        return 0;
+      case Kind::canine:
+        return 1.6 * (std::sqrt(u * u + 0.05) - 0.22);
+      case Kind::premolar:
+        return 1.2 * std::exp(-6 * v * v) + 0.4 * u * u;
+      case Kind::molar:
+        return 1.2 * std::exp(-8 * v * v) + 0.6 * std::exp(-14 * u * u) * (1 - std::exp(-8 * v * v));
     }
     return 0;
   }
@@ -114,7 +119,9 @@ class Tooth final : public Shape {
 constexpr std::size_t count = 7;
 using Arch = std::array<ToothPlan, count>;
 
-Vec3 edge_of(const ToothPlan& t, double gap) { return {t.x, t.y, occlusal_height(t.y) - gap}; }
+Vec3 edge_of(const ToothPlan& t, double gap) {
+  return {t.x, t.y, occlusal_height(t.y) - gap};
+}
 
 // Direction of the arch at a tooth, from the midline backwards; across the midline at the first.
 double tangent(const Arch& plan, std::size_t i) {
@@ -143,17 +150,27 @@ std::vector<ShapePtr> sockets(const Arch& plan, double gap, double up) {
       return edge_of(t, gap) + Vec3{-std::sin(angle) * inwards, std::cos(angle) * inwards, -up * depth};
     };
     const double neck = 0.2 * (t.width + t.depth) + 0.8;
-    out.push_back(implicit::sweep({{on_axis(t.crown + 0.8 * neck), neck}, {on_axis(t.crown + 0.6 * t.root), 0.8 * neck},
-                                   {on_axis(length - 1), 0.55 * neck}}, 1));
+    out.push_back(implicit::sweep({{on_axis(t.crown + 0.8 * neck), neck},
+                                   {on_axis(t.crown + 0.6 * t.root), 0.8 * neck},
+                                   {on_axis(length - 1), 0.55 * neck}},
+                                  1));
   }
   return out;
 }
 
 }  // namespace
 
-Field upper_teeth(const Fit&) { return arch(upper_plan, 0, -1); }
-std::vector<ShapePtr> upper_sockets() { return sockets(upper_plan, 0, -1); }
-std::vector<ShapePtr> lower_sockets(const Fit& fit) { return sockets(lower_plan, fit.occlusal_gap, 1); }
-Field lower_teeth(const Fit& fit) { return arch(lower_plan, fit.occlusal_gap, 1); }
+Field upper_teeth(const Fit&) {
+  return arch(upper_plan, 0, -1);
+}
+std::vector<ShapePtr> upper_sockets() {
+  return sockets(upper_plan, 0, -1);
+}
+std::vector<ShapePtr> lower_sockets(const Fit& fit) {
+  return sockets(lower_plan, fit.occlusal_gap, 1);
+}
+Field lower_teeth(const Fit& fit) {
+  return arch(lower_plan, fit.occlusal_gap, 1);
+}
 
 }  // namespace turgor::phantom

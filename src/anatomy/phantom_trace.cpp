@@ -2,20 +2,25 @@
 
 namespace turgor::phantom {
 
-std::optional<double> trace(const PosedParts& parts, PhantomSurface surface, const Vec3& origin, const Vec3& direction,
-                            double max_mm) {
+std::optional<double> trace(const PosedParts& parts, PhantomSurface surface, const Vec3& origin,
+                            const Vec3& direction, double max_mm) {
   const auto value = [&](double t) {
     const Vec3 p = origin + direction * t;
     switch (surface) {
-      case PhantomSurface::skin: return parts.value(Part::skin, p);
-      case PhantomSurface::skull: return parts.value(Part::skull, p);
-      case PhantomSurface::mandible: return parts.value(Part::mandible, p);
-      case PhantomSurface::bone: break;
+      case PhantomSurface::skin:
+        return parts.value(Part::skin, p);
+      case PhantomSurface::skull:
+        return parts.value(Part::skull, p);
+      case PhantomSurface::mandible:
+        return parts.value(Part::mandible, p);
+      case PhantomSurface::bone:
+        break;
     }
     return std::min(parts.value(Part::skull, p), parts.value(Part::mandible, p));
   };
   double slope = 0;
-  for (const Part part : {Part::skin, Part::skull, Part::mandible}) slope = std::max(slope, parts.lipschitz(part));
+  for (const Part part : {Part::skin, Part::skull, Part::mandible})
+    slope = std::max(slope, parts.lipschitz(part));
   constexpr double least_step = 0.02;  // mm: what is thinner may be passed
   double t = 0, v = value(0);
   const bool starts_inside = v < 0;
@@ -36,7 +41,8 @@ std::optional<double> trace(const PosedParts& parts, PhantomSurface surface, con
 
 Box3 scan_extent(const PhantomParameters& parameters) {
   const double size = parameters.size;
-  Box3 box{Vec3{-84, -125 - std::max(parameters.jaw_protrusion_mm, 0.0) * 0.3, -160} * size, Vec3{84, 108, 136} * size};
+  Box3 box{Vec3{-84, -125 - std::max(parameters.jaw_protrusion_mm, 0.0) * 0.3, -160} * size,
+           Vec3{84, 108, 136} * size};
   for (int a = 0; a < 2; ++a) box.lower[a] -= 8, box.upper[a] += 8;
   box.upper.z += 6;
   if (parameters.head_holder) {

@@ -19,8 +19,8 @@ constexpr double kDomeMm = 13;
 
 enum : std::uint8_t { kFound = 1, kOpen = 2 };
 
-/// The region of the mandible in sections parallel to the occlusal plane, as a volume whose k axis is the plane's
-/// normal.
+/// The region of the mandible in sections parallel to the occlusal plane, as a volume whose k axis is the
+/// plane's normal.
 struct Sections {
   CtVolume hu;
   LabelVolume bone, body, rows;
@@ -34,8 +34,8 @@ struct Sections {
   }
 };
 
-Sections cut_sections(const CtVolume& hu, const LabelVolume& bone, const LabelVolume& body, const LabelVolume& rows,
-                      const Plane& occlusal) {
+Sections cut_sections(const CtVolume& hu, const LabelVolume& bone, const LabelVolume& body,
+                      const LabelVolume& rows, const Plane& occlusal) {
   const Grid& from = hu.grid;
   const Vec3 s = from.spacing;
   const double step = std::max(0.7, std::min({s.x, s.y, s.z}));
@@ -115,7 +115,8 @@ int cells_below_seam(const std::vector<double>& values) {
   if (values.empty()) return 0;
   const auto top = std::max_element(values.begin(), values.end());
   const double peak = *top;
-  const double below = *std::min_element(values.begin(), top + 1), above = *std::min_element(top, values.end());
+  const double below = *std::min_element(values.begin(), top + 1),
+               above = *std::min_element(top, values.end());
   // The bright layer around the peak, up to halfway to the marrow on either side.
   auto first = top, last = top;
   while (first != values.begin() && *(first - 1) > 0.5 * (peak + below)) --first;
@@ -144,7 +145,8 @@ VoxelBox block_around(const Sections& s, const Contact& contact) {
   constexpr double kAroundMm = 12, kOverMm = 20;
   VoxelBox box{{s.hu.grid.size[0], s.hu.grid.size[1], contact.first - 1}, {-1, -1, 0}};
   for (const std::size_t cell : contact.cells) {
-    const int i = static_cast<int>(cell % nx), j = static_cast<int>(cell / nx), around = static_cast<int>(kAroundMm / step);
+    const int i = static_cast<int>(cell % nx), j = static_cast<int>(cell / nx),
+              around = static_cast<int>(kAroundMm / step);
     box.lower = {std::min(box.lower[0], i - around), std::min(box.lower[1], j - around), box.lower[2]};
     box.upper = {std::max(box.upper[0], i + around), std::max(box.upper[1], j + around), 0};
   }
@@ -152,8 +154,9 @@ VoxelBox block_around(const Sections& s, const Contact& contact) {
   return clipped(box, s.hu.grid);
 }
 
-/// The condyle where some threshold parts it from its fossa: what hangs together with the last free section and does
-/// not reach the block's sides or top. Its bone and the skull's are marked, the seam between is left to the flood.
+/// The condyle where some threshold parts it from its fossa: what hangs together with the last free section
+/// and does not reach the block's sides or top. Its bone and the skull's are marked, the seam between is left
+/// to the flood.
 bool part_at_dark_seam(Sections& s, const Contact& contact, double lowest, double highest) {
   const VoxelBox box = block_around(s, contact);
   const CtVolume hu = crop(s.hu, box);
@@ -162,7 +165,8 @@ bool part_at_dark_seam(Sections& s, const Contact& contact, double lowest, doubl
   LabelVolume dense(g);
   for (double part = 0; part < 1.01; part += 0.125) {
     const double level = lowest + part * (highest - lowest);
-    for (std::size_t v = 0; v < dense.voxels.size(); ++v) dense.voxels[v] = bone.voxels[v] != 0 && hu.voxels[v] >= level;
+    for (std::size_t v = 0; v < dense.voxels.size(); ++v)
+      dense.voxels[v] = bone.voxels[v] != 0 && hu.voxels[v] >= level;
     const Components pieces = connected_components(dense);
     std::vector<bool> seed(pieces.sizes.size() + 1, false), leaks(pieces.sizes.size() + 1, false);
     for (int k = 0; k < g.size[2]; ++k) {
@@ -195,18 +199,21 @@ bool part_at_dark_seam(Sections& s, const Contact& contact, double lowest, doubl
   return false;
 }
 
-/// Cuts the columns over a contact, at heights smoothed by the median of the neighbours' so that no column stands out.
+/// Cuts the columns over a contact, at heights smoothed by the median of the neighbours' so that no column
+/// stands out.
 void cut_contact(Sections& s, const Contact& contact) {
   const int nx = s.hu.grid.size[0];
   std::vector<int> heights(s.section_size(), -1);
-  for (const std::size_t cell : contact.cells) heights[cell] = cells_below_seam(column(s, cell, contact.first));
+  for (const std::size_t cell : contact.cells)
+    heights[cell] = cells_below_seam(column(s, cell, contact.first));
   for (const std::size_t cell : contact.cells) {
     std::vector<int> around;
     for (int dj = -2; dj <= 2; ++dj) {
       for (int di = -2; di <= 2; ++di) {
         const auto other = static_cast<std::ptrdiff_t>(cell) + dj * nx + di;
         if (other < 0 || other >= static_cast<std::ptrdiff_t>(heights.size())) continue;
-        if (heights[static_cast<std::size_t>(other)] >= 0) around.push_back(heights[static_cast<std::size_t>(other)]);
+        if (heights[static_cast<std::size_t>(other)] >= 0)
+          around.push_back(heights[static_cast<std::size_t>(other)]);
       }
     }
     const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
@@ -242,8 +249,8 @@ void start(Sections& s) {
   }
 }
 
-/// Takes the components of section k that continue the section below; returns where one has run into other bone.
-/// `closed` are cells whose column has been cut already.
+/// Takes the components of section k that continue the section below; returns where one has run into other
+/// bone. `closed` are cells whose column has been cut already.
 std::vector<std::size_t> follow(Sections& s, int k, double band_mm, const std::vector<bool>& closed) {
   const double step = s.hu.grid.spacing.x;
   const LabelVolume before = found_in_section(s, k - 1), near = dilate(before, 1.5 * step);
@@ -277,7 +284,8 @@ void close(const Sections& s, const VoxelBox& box, std::vector<bool>& closed) {
 std::vector<Contact> contacts_by_side(const Sections& s, int k, const std::vector<std::size_t>& cells) {
   std::vector<Contact> sides(2);
   for (const std::size_t cell : cells) {
-    const bool left = cell % static_cast<std::size_t>(s.hu.grid.size[0]) > static_cast<std::size_t>(s.hu.grid.size[0]) / 2;
+    const bool left =
+        cell % static_cast<std::size_t>(s.hu.grid.size[0]) > static_cast<std::size_t>(s.hu.grid.size[0]) / 2;
     sides[left ? 1 : 0].cells.push_back(cell);
   }
   for (Contact& side : sides) side.first = k;
@@ -295,7 +303,8 @@ std::pair<double, double> seam_levels(const Sections& s) {
     if (s.rows.voxels[v] == 0) values.push_back(s.hu.voxels[v]);
   }
   if (values.empty()) return {least, least};
-  const auto dense = values.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(values.size() - 1));
+  const auto dense =
+      values.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), dense, values.end());
   return {least, std::max<double>(least, 0.8 * *dense)};
 }
@@ -306,7 +315,8 @@ void follow_upwards(Sections& s, double band_mm) {
   for (int k = s.first + 1; k < s.hu.grid.size[2]; ++k) {
     const std::vector<std::size_t> merged = follow(s, k, band_mm, closed);
     if (s.height(k) <= band_mm) {
-      for (const std::size_t c : merged) s.mandible.voxels[static_cast<std::size_t>(k) * s.section_size() + c] = kFound;
+      for (const std::size_t c : merged)
+        s.mandible.voxels[static_cast<std::size_t>(k) * s.section_size() + c] = kFound;
       continue;
     }
     for (const Contact& contact : contacts_by_side(s, k, merged)) {

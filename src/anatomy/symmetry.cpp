@@ -16,13 +16,15 @@ constexpr int kMostIterations = 25;
 constexpr double kFarthestPairMm = 20;
 
 struct Pair {
-  Vec3 point;      ///< on the surface, from the centre
+  Vec3 point;           ///< on the surface, from the centre
   double residual = 0;  ///< of its mirror image, along the normal of the surface nearest to that
   Vec3 normal;
   bool found = false;
 };
 
-Vec3 mirrored(const Vec3& p, const Vec3& n, double offset) { return p - n * (2 * (dot(n, p) - offset)); }
+Vec3 mirrored(const Vec3& p, const Vec3& n, double offset) {
+  return p - n * (2 * (dot(n, p) - offset));
+}
 
 std::vector<Pair> pair_up(const TriMesh& surface, const SurfaceQuery& query, const std::vector<Vec3>& samples,
                           const Vec3& centre, const Vec3& n, double offset) {
@@ -32,8 +34,8 @@ std::vector<Pair> pair_up(const TriMesh& surface, const SurfaceQuery& query, con
       const Vec3 image = mirrored(samples[i], n, offset);
       const auto nearest = query.nearest(image + centre, kFarthestPairMm);
       if (!nearest) continue;
-      const Vec3 normal =
-          normalized(triangle_normal(surface, surface.triangles[static_cast<std::size_t>(nearest->triangle)]));
+      const Vec3 normal = normalized(
+          triangle_normal(surface, surface.triangles[static_cast<std::size_t>(nearest->triangle)]));
       pairs[i] = {samples[i], dot(normal, image + centre - nearest->point), normal, true};
     }
   });
@@ -64,7 +66,8 @@ std::array<double, 3> step(const std::vector<Pair>& pairs, const Vec3& n, double
     const Vec3 by_u = (n * dot(u, p.point) + u * h) * -2.0;
     const Vec3 by_v = (n * dot(v, p.point) + v * h) * -2.0;
     const Vec3 jacobian{dot(p.normal, by_u), dot(p.normal, by_v), dot(p.normal, n * 2.0)};
-    for (int a = 0; a < 3; ++a) normal_matrix.c[static_cast<std::size_t>(a)] += jacobian * (weight * jacobian[a]);
+    for (int a = 0; a < 3; ++a)
+      normal_matrix.c[static_cast<std::size_t>(a)] += jacobian * (weight * jacobian[a]);
     gradient += jacobian * (weight * p.residual);
   }
   if (std::abs(normal_matrix.determinant()) < 1e-12) return {0, 0, 0};
@@ -80,7 +83,8 @@ Plane find_symmetry_plane(const TriMesh& surface, const Plane& start) {
   const Vec3 centre = bounds(surface).centre();
   const std::size_t stride = std::max<std::size_t>(1, surface.points.size() / kSamples);
   std::vector<Vec3> samples;
-  for (std::size_t p = 0; p < surface.points.size(); p += stride) samples.push_back(surface.points[p] - centre);
+  for (std::size_t p = 0; p < surface.points.size(); p += stride)
+    samples.push_back(surface.points[p] - centre);
 
   Vec3 n = start.normal;
   double offset = start.offset - dot(n, centre);

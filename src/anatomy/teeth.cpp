@@ -12,7 +12,8 @@
 namespace turgor {
 namespace {
 
-/// Enamel is denser than any bone but the petrous, which lies further back than this part of the cavity's length.
+/// Enamel is denser than any bone but the petrous, which lies further back than this part of the cavity's
+/// length.
 constexpr double kArchDepth = 0.34;
 constexpr double kHalfArchMm = 45;
 constexpr double kSmallestToothMl = 0.04;
@@ -83,12 +84,14 @@ Profile profile_along(const std::vector<WeighedPoint>& points, const Vec3& up) {
     high = std::max(high, h);
   }
   Profile profile{low, std::vector<double>(static_cast<std::size_t>((high - low) / kBinMm) + 2, 0.0)};
-  for (const auto& [p, weight] : points) profile.mass[static_cast<std::size_t>((dot(p, up) - low) / kBinMm)] += weight;
+  for (const auto& [p, weight] : points)
+    profile.mass[static_cast<std::size_t>((dot(p, up) - low) / kBinMm)] += weight;
   return profile;
 }
 
 struct Valley {
-  double depth = 0;  ///< how much less mass it holds than the lower of its two banks, times the part of it that is missing
+  double depth = 0;  ///< how much less mass it holds than the lower of its two banks, times the part of it
+                     ///< that is missing
   double height = 0;
 };
 
@@ -101,7 +104,8 @@ void spread_over_voxels(Profile& profile, int voxel_bins) {
       // A window of 2 v bins: the two outermost count half.
       const double weight = std::abs(d) == voxel_bins ? 0.5 : 1.0;
       if (b + d >= 0 && b + d < n) {
-        spread[static_cast<std::size_t>(b)] += weight * profile.mass[static_cast<std::size_t>(b + d)] / (2 * voxel_bins);
+        spread[static_cast<std::size_t>(b)] +=
+            weight * profile.mass[static_cast<std::size_t>(b + d)] / (2 * voxel_bins);
       }
     }
   }
@@ -112,7 +116,8 @@ Valley deepest_valley(const Profile& profile, int voxel_bins) {
   const int n = static_cast<int>(profile.mass.size());
   std::vector<double> sums(static_cast<std::size_t>(n) + 1, 0.0);
   for (int b = 0; b < n; ++b) {
-    sums[static_cast<std::size_t>(b) + 1] = sums[static_cast<std::size_t>(b)] + profile.mass[static_cast<std::size_t>(b)];
+    sums[static_cast<std::size_t>(b) + 1] =
+        sums[static_cast<std::size_t>(b)] + profile.mass[static_cast<std::size_t>(b)];
   }
   const auto mean = [&](int from, int to) {  // of bins from … to - 1, zero beyond the ends
     const int a = std::clamp(from, 0, n), b = std::clamp(to, 0, n);
@@ -132,7 +137,8 @@ Valley deepest_valley(const Profile& profile, int voxel_bins) {
     }
     const double bank = std::min(below, above), missing = bank - mean(b - half, b + half);
     // Between crown and root there are shallow valleys too, and a root or two hold little.
-    if (bank > kLeastBank * highest && missing > 0) depths[static_cast<std::size_t>(b)] = missing * missing / bank;
+    if (bank > kLeastBank * highest && missing > 0)
+      depths[static_cast<std::size_t>(b)] = missing * missing / bank;
   }
   const auto deepest = std::max_element(depths.begin(), depths.end());
   // The middle of the floor, where the rows stand apart.
@@ -162,8 +168,8 @@ LabelVolume find_teeth(const ScannedBody& body, const TissueLevels& levels, cons
           const std::size_t v = g.offset(i, j, k);
           if (body.hu.voxels[v] < level || body.solid.voxels[v] == 0) continue;
           const Vec3 p = g.to_patient({double(i), double(j), double(k)});
-          dense.voxels[v] = p.y < back && p.z < cranium.centre.z - 30 &&
-                            std::abs(p.x - cranium.centre.x) < kHalfArchMm;
+          dense.voxels[v] =
+              p.y < back && p.z < cranium.centre.z - 30 && std::abs(p.x - cranium.centre.x) < kHalfArchMm;
         }
       }
     }

@@ -44,7 +44,9 @@ double peak_sigma(const Histogram& h, double peak) {
 }
 
 /// Levels lie between integers, so no voxel is ever exactly on one.
-double between_integers(double level) { return std::floor(level) + 0.5; }
+double between_integers(double level) {
+  return std::floor(level) + 0.5;
+}
 
 }  // namespace
 
@@ -57,9 +59,11 @@ Result<TissueLevels> measure_air_and_soft_tissue(const CtVolume& hu) {
   const double voxels = static_cast<double>(hu.voxels.size());
   const double air = voxels - count_between(h, -700, kHighest);
   if (air < kLeastAirFraction * voxels) {
-    return Error{.what = "the scan shows no skin: there is no air around the body",
-                 .remedy = "Check that it is a CT in Hounsfield units (air near -1000) and not cropped to the inside "
-                           "of the head"};
+    return Error{
+        .what = "the scan shows no skin: there is no air around the body",
+        .remedy =
+            "Check that it is a CT in Hounsfield units (air near -1000) and not cropped to the inside "
+            "of the head"};
   }
   TissueLevels levels;
   levels.air = peak_between(h, -1100, -850);
@@ -86,9 +90,10 @@ Result<void> measure_bone(const CtVolume& hu, const LabelVolume& body, const Hea
   levels.bone_level = between_integers(levels.bone_level);
   const double bone_ml = count_between(h, static_cast<int>(levels.bone_level), kHighest) * voxel_ml(hu.grid);
   if (clearly_bone_ml < kSmallestBoneMl || bone_ml < kSmallestBoneMl) {
-    return Error{.what = fmt::format("the scan shows no bone: only {:.0f} ml of the body lie above {:.0f} HU", bone_ml,
-                                     levels.bone_level),
-                 .remedy = "Check that it is a CT of a head in Hounsfield units, or lower the bone threshold"};
+    return Error{
+        .what = fmt::format("the scan shows no bone: only {:.0f} ml of the body lie above {:.0f} HU", bone_ml,
+                            levels.bone_level),
+        .remedy = "Check that it is a CT of a head in Hounsfield units, or lower the bone threshold"};
   }
   return {};
 }

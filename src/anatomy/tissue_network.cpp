@@ -8,11 +8,14 @@
 namespace turgor {
 namespace {
 
-constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 // A spring of one prism with the stiffness that the prism contributes.
 struct Share {
-  std::int64_t key;  // smaller point number × points + larger: equal for the same spring of neighbouring prisms
+  std::int64_t
+      key;  // smaller point number × points + larger: equal for the same spring of neighbouring prisms
   SpringKind kind;
   SpringLaw law;
   double stiffness_length;  // k L0, N·mm
@@ -22,9 +25,11 @@ double tetrahedron_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   return dot(b - a, cross(c - a, d - a)) / 6.0;
 }
 
-// The three tetrahedra of a prism (a b c outer, d e f inner). The diagonals start at the smaller column numbers, so
-// neighbouring prisms split their common face alike. Positive volume needs the triangle turned inwards.
-std::array<std::array<int, 4>, 3> split_prism(std::array<int, 3> column, std::array<int, 3> outer, std::array<int, 3> inner) {
+// The three tetrahedra of a prism (a b c outer, d e f inner). The diagonals start at the smaller column
+// numbers, so neighbouring prisms split their common face alike. Positive volume needs the triangle turned
+// inwards.
+std::array<std::array<int, 4>, 3> split_prism(std::array<int, 3> column, std::array<int, 3> outer,
+                                              std::array<int, 3> inner) {
   while (column[0] > column[1] || column[0] > column[2]) {
     std::rotate(column.begin(), column.begin() + 1, column.end());
     std::rotate(outer.begin(), outer.begin() + 1, outer.end());
@@ -47,15 +52,17 @@ Result<void> check(const TissueMaterial& material) {
                         std::all_of(material.young_mpa.begin(), material.young_mpa.end(),
                                     [](double e) { return std::isfinite(e) && e > 0; });
   if (!positive || !(material.poisson >= 0.25 && material.poisson <= 0.49)) {
-    return Error{ErrorKind::bad_command, "the tissue's moduli must be positive and its Poisson's ratio 0.25 to 0.49",
-                 "material", "Correct the values of the command material"};
+    return Error{ErrorKind::bad_command,
+                 "the tissue's moduli must be positive and its Poisson's ratio 0.25 to 0.49", "material",
+                 "Correct the values of the command material"};
   }
   return {};
 }
 
 // All springs, merged where prisms share them.
 std::vector<Spring> merge(std::vector<Share>& shares, const std::vector<Vec3>& points) {
-  std::stable_sort(shares.begin(), shares.end(), [](const Share& x, const Share& y) { return x.key < y.key; });
+  std::stable_sort(shares.begin(), shares.end(),
+                   [](const Share& x, const Share& y) { return x.key < y.key; });
   std::vector<Spring> springs;
   const auto n = static_cast<std::int64_t>(points.size());
   for (std::size_t i = 0; i < shares.size();) {
@@ -137,7 +144,8 @@ Result<SpringNetwork> make_chain_network(const LayeredTissue& tissue) {
       for (std::size_t i = 0; i < 3; ++i) {
         const int p = tissue.point(layer, t[i]), q = tissue.point(layer, t[(i + 1) % 3]);
         shares.push_back({std::min(p, q) * n + std::max(p, q), SpringKind::membrane, SpringLaw::linear, 1.0});
-        shares.push_back({p * n + tissue.point(layer + 1, t[i]), SpringKind::vertical, SpringLaw::linear, 1.0});
+        shares.push_back(
+            {p * n + tissue.point(layer + 1, t[i]), SpringKind::vertical, SpringLaw::linear, 1.0});
       }
     }
   }

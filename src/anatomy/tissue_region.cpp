@@ -18,15 +18,16 @@ std::optional<Vec3> find(const Landmarks& landmarks, std::string_view name) {
 
 // Limits of the region in patient coordinates (LPS).
 struct Limits {
-  double back_y;    // in front of this coronal plane
-  double top_z;     // no skin above the bone level
+  double back_y;  // in front of this coronal plane
+  double top_z;   // no skin above the bone level
   double bottom_z;
 };
 
 Limits find_limits(const Head& head, const Landmarks& landmarks, const TissueOptions& options) {
   const Box3 skull = bounds(head.skull), skin = bounds(head.skin);
   Limits limits{};
-  // The face ends in front of the ears, which lie behind the condyles; without condyles take the zygomatic arches.
+  // The face ends in front of the ears, which lie behind the condyles; without condyles take the zygomatic
+  // arches.
   const auto left = find(landmarks, "condylion_left"), right = find(landmarks, "condylion_right");
   const auto arch = find(landmarks, "zygion_left");
   if (left && right) {
@@ -54,7 +55,8 @@ TriMesh largest_piece(const TriMesh& mesh) {
 // Smaller triangles at mouth and nose, where form and movement are finest.
 SizingField face_sizing(const TriMesh& face, const Landmarks& landmarks, int columns) {
   std::vector<Vec3> fine;
-  for (const std::string_view name : {"stomion", "cheilion_left", "cheilion_right", "subnasale", "soft_b_point"}) {
+  for (const std::string_view name :
+       {"stomion", "cheilion_left", "cheilion_right", "subnasale", "soft_b_point"}) {
     if (const auto p = find(landmarks, name)) fine.push_back(*p);
   }
   const auto relative = [fine](const Vec3& p) {
@@ -66,8 +68,10 @@ SizingField face_sizing(const TriMesh& face, const Landmarks& landmarks, int col
   // Number of points ≈ ∫ dA / (√3/2 h²): solve for the common scale of the sizes.
   double points_at_unit_size = 0;
   for (const Index3& t : face.triangles) {
-    const Vec3 c = (face.points[static_cast<std::size_t>(t[0])] + face.points[static_cast<std::size_t>(t[1])] +
-                    face.points[static_cast<std::size_t>(t[2])]) / 3.0;
+    const Vec3 c =
+        (face.points[static_cast<std::size_t>(t[0])] + face.points[static_cast<std::size_t>(t[1])] +
+         face.points[static_cast<std::size_t>(t[2])]) /
+        3.0;
     const double h = relative(c);
     points_at_unit_size += 0.5 * length(triangle_normal(face, t)) / (0.8660254 * h * h);
   }
@@ -78,8 +82,8 @@ SizingField face_sizing(const TriMesh& face, const Landmarks& landmarks, int col
 
 }  // namespace
 
-Result<TissueRegion> find_tissue_region(const Head& head, const Landmarks& landmarks, const TissueOptions& options,
-                                        Context& context) {
+Result<TissueRegion> find_tissue_region(const Head& head, const Landmarks& landmarks,
+                                        const TissueOptions& options, Context& context) {
   const Limits limits = find_limits(head, landmarks, options);
   TissueRegion region;
   region.skin_points_above_bone = static_cast<int>(std::count_if(

@@ -41,7 +41,8 @@ void set_chain(const Invocation& c, ChainParameters& chain) {
   if (c.given("beta")) chain.beta = c.number("beta");
   if (c.given("max_stretch")) chain.max_stretch = c.number("max_stretch");
   if (c.given("max_compression")) chain.max_compression = c.number("max_compression");
-  if (c.given("semi_active_passes")) chain.semi_active_passes = static_cast<int>(c.integer("semi_active_passes"));
+  if (c.given("semi_active_passes"))
+    chain.semi_active_passes = static_cast<int>(c.integer("semi_active_passes"));
   if (c.given("fixed_points")) {
     chain.fixed_points = c.word("fixed_points") == "hold" ? FixedPoints::hold : FixedPoints::inert;
   }
@@ -213,11 +214,11 @@ void apply_settings(const Plan& plan, Quality quality, CaseOptions& options, Sol
   if (quality == Quality::draft) {
     options.head.skin_triangles = 25'000;
     options.head.bone_triangles = 40'000;
-    options.tissue.columns = 1800;
+    options.tissue.columns = 1400;
   } else if (quality == Quality::fine) {
     options.head.skin_triangles = 150'000;
     options.head.bone_triangles = 250'000;
-    options.tissue.columns = 9000;
+    options.tissue.columns = 6000;
   }
   Settings s{options, solvers};
   for (const Invocation& c : plan.commands) {

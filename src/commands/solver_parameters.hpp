@@ -60,7 +60,7 @@ inline constexpr Parameter kSemiActivePasses{
 inline constexpr Parameter kResidual{
     .name = "residual",
     .range = between(1e-12, 0.1),
-    .fallback = "1e-6",
+    .fallback = "1e-4",
     .help = "network: the equilibrium is reached when the force left is this part of the force at the start",
 };
 inline constexpr Parameter kMaxSteps{
@@ -80,7 +80,7 @@ inline constexpr Parameter kLoadSteps{
 inline constexpr Parameter kPoisson{
     .name = "poisson",
     .range = between(0.25, 0.49),
-    .fallback = "0.45",
+    .fallback = "0.3",
     .help =
         "network: Poisson's ratio of the tissue, from 0.25 (springs alone) to 0.49 (nearly incompressible)",
 };

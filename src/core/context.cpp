@@ -29,7 +29,9 @@ void Context::warning(std::string text) {
   if (on_notice_) on_notice_(notices_.back());
 }
 
-bool Context::cancelled() const { return cancel_test_ && cancel_test_(); }
+bool Context::cancelled() const {
+  return cancel_test_ && cancel_test_();
+}
 
 Result<void> Context::check() const {
   if (cancelled()) return Error{ErrorKind::cancelled, "stopped on request; nothing was written"};

@@ -42,19 +42,22 @@ Result<std::vector<std::byte>> read_file(const fs::path& path, std::uint64_t max
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.get() < 0) {
     const int code = errno;
-    if (code == ENOENT) return Error{ErrorKind::bad_input, "no such file or folder", path.string(),
-                                     "Check the spelling of the path"};
+    if (code == ENOENT)
+      return Error{ErrorKind::bad_input, "no such file or folder", path.string(),
+                   "Check the spelling of the path"};
     return system_error(path, "cannot be opened", code);
   }
   struct stat info {};
   if (::fstat(file.get(), &info) != 0) return system_error(path, "cannot be read", errno);
   if (!S_ISREG(info.st_mode)) {
-    return Error{ErrorKind::bad_input, S_ISDIR(info.st_mode) ? "is a folder, not a file" : "is not a regular file",
-                 path.string(), "Name a file"};
+    return Error{ErrorKind::bad_input,
+                 S_ISDIR(info.st_mode) ? "is a folder, not a file" : "is not a regular file", path.string(),
+                 "Name a file"};
   }
   const auto size = static_cast<std::uint64_t>(info.st_size);
   if (size > max_bytes) {
-    return Error{ErrorKind::bad_input, "is larger than the " + std::to_string(max_bytes >> 20) + " MiB accepted here",
+    return Error{ErrorKind::bad_input,
+                 "is larger than the " + std::to_string(max_bytes >> 20) + " MiB accepted here",
                  path.string(), "Name a smaller file"};
   }
   std::vector<std::byte> bytes(size);
@@ -115,12 +118,14 @@ Result<StagedFolder> StagedFolder::create(const fs::path& target) {
   const fs::path absolute = fs::absolute(target, code).lexically_normal();
   fs::path clean = absolute.has_filename() ? absolute : absolute.parent_path();
   if (fs::exists(clean, code) && !fs::is_directory(clean, code)) {
-    return Error{ErrorKind::bad_input, "exists and is not a folder", clean.string(), "Name another output folder"};
+    return Error{ErrorKind::bad_input, "exists and is not a folder", clean.string(),
+                 "Name another output folder"};
   }
   if (fs::create_directories(clean.parent_path(), code); code) {
     return system_error(clean.parent_path(), "the folder cannot be made", code.value());
   }
-  fs::path staging = clean.parent_path() / ("." + clean.filename().string() + ".part" + std::to_string(::getpid()));
+  fs::path staging =
+      clean.parent_path() / ("." + clean.filename().string() + ".part" + std::to_string(::getpid()));
   fs::remove_all(staging, code);
   if (fs::create_directory(staging, code); code) {
     return system_error(staging, "the folder cannot be made", code.value());

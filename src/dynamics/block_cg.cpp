@@ -10,164 +10,268 @@
 namespace turgor {
 namespace {
 
-constexpr int kRowsPerDomain = 700, kMaxDomains = 16;
-// A pivot may be smaller than its diagonal block by about this; the trace of D over P.
-constexpr double kLargestPivotRatio = 30;
-constexpr int kCancelInterval = 32;
+constexpr int kSize = BlockCg::kClusterSize, kBlock = kSize * kSize;
+constexpr int kClustersPerDomain = 700, kMaxDomains = 8;
+constexpr std::size_t kClusterGrain = 64;
+constexpr int kCancelInterval = 16;
+// Stiffness relative to a cluster's own that is added everywhere. A point on a single spring has a singular
+// block; no force acts in its free directions, so a trifle of stiffness there changes nothing. It also covers
+// the rounding of the blocks to single precision.
+constexpr double kTrifle = 1e-6;
 
-int domain_count(int rows) { return std::clamp(rows / kRowsPerDomain, 1, kMaxDomains); }
+// Twelve numbers, those of a cluster.
+struct Twelve {
+  Lanes a, b, c;
 
-// Lane 3 of a column is the next column's first entry; the rows mask it away.
-inline Lanes block_times(const double* block, const double* v) {
-  return load_lanes(block) * v[0] + load_lanes(block + 3) * v[1] + load_lanes(block + 6) * v[2];
+  static Twelve load(const double* from) {
+    return {load_lanes(from), load_lanes(from + 4), load_lanes(from + 8)};
+  }
+  void store(double* to) const { store_lanes(to, a), store_lanes(to + 4, b), store_lanes(to + 8, c); }
+  friend Twelve operator+(Twelve x, const Twelve& y) { return {x.a + y.a, x.b + y.b, x.c + y.c}; }
+  friend Twelve operator-(Twelve x, const Twelve& y) { return {x.a - y.a, x.b - y.b, x.c - y.c}; }
+  friend Twelve operator*(Twelve x, double s) { return {x.a * s, x.b * s, x.c * s}; }
+};
+
+Lanes widen(const float* from) {
+  using Floats = float __attribute__((vector_size(16)));
+  Floats f;
+  std::memcpy(&f, from, sizeof f);
+  return __builtin_convertvector(f, Lanes);
 }
 
-inline Lanes three_lanes(Lanes v) {
-  const LaneBits mask = {-1, -1, -1, 0};
-  LaneBits bits;
-  std::memcpy(&bits, &v, sizeof bits);
-  bits &= mask;
-  std::memcpy(&v, &bits, sizeof v);
-  return v;
+// block · v.
+Twelve block_times(const float* block, const double* v) {
+  Twelve even{}, odd{};
+  for (int k = 0; k < kSize; k += 2) {
+    const float *p = block + kSize * k, *q = p + kSize;
+    even = even + Twelve{widen(p), widen(p + 4), widen(p + 8)} * v[k];
+    odd = odd + Twelve{widen(q), widen(q + 4), widen(q + 8)} * v[k + 1];
+  }
+  return even + odd;
 }
 
-inline double sum(Lanes v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+double inner(const Twelve& x, const Twelve& y) {
+  const Lanes p = (x.a * y.a + x.b * y.b) + x.c * y.c;
+  return (p[0] + p[1]) + (p[2] + p[3]);
+}
+
+// C of block = C Cᵀ in the lower triangle; false where the block is not positive definite.
+bool cholesky(std::array<double, kBlock>& block) {
+  for (int j = 0; j < kSize; ++j) {
+    double* column = &block[static_cast<std::size_t>(kSize * j)];
+    for (int k = 0; k < j; ++k) {
+      const double* done = &block[static_cast<std::size_t>(kSize * k)];
+      for (int i = j; i < kSize; ++i) column[i] -= done[i] * done[j];
+    }
+    if (!(column[j] > 0)) return false;
+    const double inverse = 1 / std::sqrt(column[j]);
+    for (int i = j; i < kSize; ++i) column[i] *= inverse;
+  }
+  return true;
+}
+
+// The inverse of the lower triangle C, zero above its diagonal.
+std::array<double, kBlock> inverse_of_lower(const std::array<double, kBlock>& c) {
+  const auto at = [](int row, int column) { return static_cast<std::size_t>(kSize * column + row); };
+  std::array<double, kBlock> w{};
+  for (int j = 0; j < kSize; ++j) {
+    w[at(j, j)] = 1 / c[at(j, j)];
+    for (int i = j + 1; i < kSize; ++i) {
+      double sum = 0;
+      for (int k = j; k < i; ++k) sum -= c[at(i, k)] * w[at(k, j)];
+      w[at(i, j)] = sum / c[at(i, i)];
+    }
+  }
+  return w;
+}
 
 }  // namespace
 
-BlockCg::BlockCg(const StiffnessMatrix& matrix) : rows_(matrix.rows()) {
-  const int domains = domain_count(rows_);
-  std::vector<int> domain_of(static_cast<std::size_t>(rows_));
+BlockCg::BlockCg(const StiffnessMatrix& matrix, std::vector<int> cluster_offsets)
+    : cluster_offsets_(std::move(cluster_offsets)), cluster_of_row_(static_cast<std::size_t>(matrix.rows())) {
+  for (int c = 0; c < clusters(); ++c) {
+    std::fill(cluster_of_row_.begin() + cluster_offsets_[c],
+              cluster_of_row_.begin() + cluster_offsets_[c + 1], c);
+  }
+  make_domains();
+  const auto same_domain = [this](int c, int d) { return domain_of_cluster_[c] == domain_of_cluster_[d]; };
+  upper_.descending = true;
+  make_part(matrix, lower_, [&](int c, int other) { return other < c && same_domain(c, other); });
+  make_part(matrix, upper_, [&](int c, int other) { return other > c && same_domain(c, other); });
+  make_part(matrix, outer_, [&](int c, int other) { return !same_domain(c, other); });
+  const auto n = static_cast<std::size_t>(clusters());
+  inverse_factors_.resize(n);
+  for (auto* v : {&residual_, &direction_, &solved_, &image_, &solution_}) v->resize(kSize * n);
+}
+
+void BlockCg::make_domains() {
+  const int domains = std::clamp(clusters() / kClustersPerDomain, 1, kMaxDomains);
   for (int d = 0; d <= domains; ++d) {
-    bounds_.push_back(static_cast<int>(static_cast<std::int64_t>(rows_) * d / domains));
+    bounds_.push_back(static_cast<int>(static_cast<std::int64_t>(clusters()) * d / domains));
   }
+  domain_of_cluster_.resize(static_cast<std::size_t>(clusters()));
   for (int d = 0; d < domains; ++d) {
-    std::fill(domain_of.begin() + bounds_[d], domain_of.begin() + bounds_[d + 1], d);
+    std::fill(domain_of_cluster_.begin() + bounds_[d], domain_of_cluster_.begin() + bounds_[d + 1], d);
   }
-  for (Part* part : {&lower_, &upper_, &outer_}) part->offsets.assign(1, 0);
-  for (int i = 0; i < rows_; ++i) {
-    for (int k = matrix.offsets()[i]; k < matrix.offsets()[i + 1]; ++k) {
-      const int j = matrix.columns()[k];
-      if (j == i) continue;
-      Part& part = domain_of[i] != domain_of[j] ? outer_ : j < i ? lower_ : upper_;
-      part.columns.push_back(j);
-      part.source.push_back(k);
+}
+
+// The pairs (cluster, other) that belong to a part, ascending by the other, with the matrix blocks that each
+// gathers.
+template <class Belongs>
+void BlockCg::make_part(const StiffnessMatrix& matrix, Part& part, Belongs&& belongs) {
+  part.clusters = clusters();
+  part.offsets.assign(1, 0);
+  std::vector<std::pair<int, Entry>> row;
+  for (int r = 0; r < clusters(); ++r) {
+    const int c = part.row(r);
+    row.clear();
+    for (int i = cluster_offsets_[c]; i < cluster_offsets_[c + 1]; ++i) {
+      for (int k = matrix.offsets()[i]; k < matrix.offsets()[i + 1]; ++k) {
+        const int j = matrix.columns()[k], other = cluster_of_row_[j];
+        if (other == c || !belongs(c, other)) continue;
+        row.push_back({other,
+                       {k, static_cast<std::int16_t>(i - cluster_offsets_[c]),
+                        static_cast<std::int16_t>(j - cluster_offsets_[other])}});
+      }
     }
-    for (Part* part : {&lower_, &upper_, &outer_}) part->offsets.push_back(static_cast<int>(part->columns.size()));
+    std::stable_sort(row.begin(), row.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+    for (std::size_t e = 0; e < row.size(); ++e) {
+      if (e == 0 || row[e - 1].first != row[e].first) {
+        part.columns.push_back(row[e].first);
+        part.entry_offsets.push_back(static_cast<int>(entries_.size()));
+      }
+      entries_.push_back(row[e].second);
+    }
+    part.offsets.push_back(static_cast<int>(part.columns.size()));
   }
-  // One more, for the load of the last column's fourth lane.
-  for (Part* part : {&lower_, &upper_, &outer_}) part->blocks.resize(9 * part->columns.size() + 1);
-  factors_.resize(static_cast<std::size_t>(rows_));
-  diagonal_.resize(9 * factors_.size() + 1);
-  for (auto* v : {&residual_, &direction_, &solved_, &image_, &solution_}) v->resize(4 * factors_.size());
+  part.entry_offsets.push_back(static_cast<int>(entries_.size()));
+  part.blocks.resize(kBlock * part.columns.size());
 }
 
 bool BlockCg::factor(const StiffnessMatrix& matrix, double damping) {
+  const auto n = static_cast<std::size_t>(clusters());
   double mean = 0;
-  for (int i = 0; i < rows_; ++i) mean += Symmetric3(matrix.blocks()[matrix.diagonal()[i]]).trace() / (3.0 * rows_);
-  std::vector<char> definite(bounds_.size() - 1);
-  parallel_for(definite.size(), 1,
-               [&](std::size_t d, std::size_t) { definite[d] = make_pivots(matrix, d, damping * mean); });
-  if (std::count(definite.begin(), definite.end(), 0) > 0) return false;
-  for (Part* part : {&lower_, &upper_, &outer_}) scale(matrix, *part);
-  return true;
-}
-
-// P_i = D_i − Σ L_ij P_j⁻¹ L_ijᵀ, row by row. The sum may exceed D_i where A is no M-matrix; as much of it is taken as
-// leaves a pivot that is safely positive definite.
-bool BlockCg::make_pivots(const StiffnessMatrix& matrix, std::size_t domain, double shift) {
-  for (int i = bounds_[domain]; i < bounds_[domain + 1]; ++i) {
-    Symmetric3 d(matrix.blocks()[matrix.diagonal()[i]]);
-    // A point on a single spring has a singular block; no force acts in its free directions, so a trifle of stiffness
-    // there changes nothing. A point without any spring moves nowhere.
-    const double size = std::abs(d.trace());
-    d.add_to_diagonal(size == 0.0 ? 1.0 : 1e-9 * size + shift);
-    InverseFactor& factor = factors_[i];
-    if (!factor.factor(d)) return false;
-    Mat3 scaled = factor.both_sides_of(d);
-    for (const double share : {1.0, 0.5, 0.25}) {
-      Symmetric3 pivot = d;
-      for (int k = lower_.offsets[i]; k < lower_.offsets[i + 1]; ++k) {
-        const Mat3 b = factors_[lower_.columns[k]].right_of(matrix.blocks()[lower_.source[k]]);
-        for (const Vec3& column : b.c) pivot.add_outer(column, -share);  // L P⁻¹ Lᵀ = (L Wᵀ)(L Wᵀ)ᵀ
-      }
-      InverseFactor candidate;
-      if (!candidate.factor(pivot)) continue;
-      const Mat3 relative = candidate.both_sides_of(d);
-      if (Symmetric3(relative).trace() > kLargestPivotRatio) continue;
-      factor = candidate;
-      scaled = relative;
-      break;
-    }
-    scaled.c[0].x -= 2, scaled.c[1].y -= 2, scaled.c[2].z -= 2;
-    double* out = &diagonal_[9 * static_cast<std::size_t>(i)];
-    for (std::size_t c = 0; c < 3; ++c) out[3 * c] = scaled.c[c].x, out[3 * c + 1] = scaled.c[c].y, out[3 * c + 2] = scaled.c[c].z;
+  for (int i = 0; i < matrix.rows(); ++i) {
+    const Mat3& d = matrix.blocks()[matrix.diagonal()[i]];
+    mean += (d.c[0].x + d.c[1].y + d.c[2].z) / (3.0 * matrix.rows());
   }
-  return true;
-}
-
-// Blocks become W_i A W_jᵀ.
-void BlockCg::scale(const StiffnessMatrix& matrix, Part& part) {
-  parallel_for(static_cast<std::size_t>(rows_), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const InverseFactor& fi = factors_[i];
-      const Lanes w0{fi.w00, fi.w10, fi.w20, 0}, w1{0, fi.w11, fi.w21, 0}, w2{0, 0, fi.w22, 0};
-      for (int k = part.offsets[i]; k < part.offsets[i + 1]; ++k) {
-        const Mat3& a = matrix.blocks()[part.source[k]];
-        const InverseFactor& fj = factors_[part.columns[k]];
-        const Lanes c0 = w0 * a.c[0].x + w1 * a.c[0].y + w2 * a.c[0].z;
-        const Lanes c1 = w0 * a.c[1].x + w1 * a.c[1].y + w2 * a.c[1].z;
-        const Lanes c2 = w0 * a.c[2].x + w1 * a.c[2].y + w2 * a.c[2].z;
-        // The fourth lane of a store is overwritten by the next; that of the last would be the next block's.
-        double* out = &part.blocks[9 * static_cast<std::size_t>(k)];
-        store_lanes(out, c0 * fj.w00);
-        store_lanes(out + 3, c0 * fj.w10 + c1 * fj.w11);
-        const Lanes last = c0 * fj.w20 + c1 * fj.w21 + c2 * fj.w22;
-        std::memcpy(out + 6, &last, 3 * sizeof(double));
-      }
+  const int indefinite = parallel_reduce<int>(
+      n, kClusterGrain, 0,
+      [&](std::size_t begin, std::size_t end) {
+        int count = 0;
+        for (std::size_t c = begin; c < end; ++c)
+          count += !factor_cluster(matrix, static_cast<int>(c), damping * mean);
+        return count;
+      },
+      std::plus<>());
+  if (indefinite > 0) return false;
+  parallel_for(n, kClusterGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      for (Part* part : {&lower_, &upper_, &outer_}) scale_row(matrix, *part, static_cast<int>(c));
     }
   });
+  return true;
+}
+
+bool BlockCg::factor_cluster(const StiffnessMatrix& matrix, int cluster, double shift) {
+  const int first = cluster_offsets_[cluster], last = cluster_offsets_[cluster + 1];
+  Dense block{};
+  for (int i = first; i < last; ++i) {
+    for (int k = matrix.offsets()[i]; k < matrix.offsets()[i + 1]; ++k) {
+      const int j = matrix.columns()[k];
+      if (j < first || j >= last) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        double* out = &block[kSize * (3 * static_cast<std::size_t>(j - first) + c) +
+                             3 * static_cast<std::size_t>(i - first)];
+        const Vec3& column = matrix.blocks()[k].c[c];
+        out[0] = column.x, out[1] = column.y, out[2] = column.z;
+      }
+    }
+  }
+  for (int k = 0; k < kSize; ++k) {
+    double& diagonal = block[static_cast<std::size_t>((kSize + 1) * k)];
+    if (k >= 3 * (last - first)) {
+      diagonal = 1;
+      continue;
+    }
+    const Mat3& own = matrix.blocks()[matrix.diagonal()[first + k / 3]];
+    const double trace = own.c[0].x + own.c[1].y + own.c[2].z;
+    diagonal +=
+        trace == 0.0 ? 1.0 : kTrifle * std::abs(trace) + shift;  // a point without any spring moves nowhere
+  }
+  if (!cholesky(block)) return false;
+  inverse_factors_[static_cast<std::size_t>(cluster)] = inverse_of_lower(block);
+  return true;
+}
+
+// W_c A W_dᵀ for all pairs (c, d) of one cluster in one part.
+void BlockCg::scale_row(const StiffnessMatrix& matrix, Part& part, int cluster) const {
+  const Dense& left = inverse_factors_[static_cast<std::size_t>(cluster)];
+  for (int pair = part.begin(cluster); pair < part.end(cluster); ++pair) {
+    const int other = part.columns[pair];
+    const Dense& right = inverse_factors_[static_cast<std::size_t>(other)];
+    Twelve half[kSize] = {};  // W_c A, by columns
+    for (int e = part.entry_offsets[pair]; e < part.entry_offsets[pair + 1]; ++e) {
+      const Entry& entry = entries_[e];
+      for (int c = 0; c < 3; ++c) {
+        const Vec3& column = matrix.blocks()[entry.block].c[static_cast<std::size_t>(c)];
+        for (int r = 0; r < 3; ++r) {
+          Twelve& to = half[3 * entry.column + c];
+          to = to + Twelve::load(&left[static_cast<std::size_t>(kSize * (3 * entry.row + r))]) * column[r];
+        }
+      }
+    }
+    for (int j = 0; j < kSize; ++j) {
+      Twelve sum{};
+      for (int k = 0; k <= j; ++k) sum = sum + half[k] * right[static_cast<std::size_t>(kSize * k + j)];
+      double column[kSize];
+      sum.store(column);
+      float* out = &part.blocks[static_cast<std::size_t>(kBlock) * pair + kSize * j];
+      for (int i = 0; i < kSize; ++i) out[i] = static_cast<float>(column[i]);
+    }
+  }
 }
 
 // (1 + L) out = right_hand_side in one domain.
-void BlockCg::forward(std::size_t domain, std::span<const double> right_hand_side, std::span<double> out) const {
-  for (int i = bounds_[domain]; i < bounds_[domain + 1]; ++i) {
-    Lanes v = load_lanes(&right_hand_side[4 * i]);
-    for (int k = lower_.offsets[i]; k < lower_.offsets[i + 1]; ++k) {
-      v -= block_times(&lower_.blocks[9 * k], &out[4 * lower_.columns[k]]);
+void BlockCg::forward(std::size_t domain, std::span<const double> right_hand_side,
+                      std::span<double> out) const {
+  for (int c = bounds_[domain]; c < bounds_[domain + 1]; ++c) {
+    Twelve v = Twelve::load(&right_hand_side[kSize * c]);
+    for (int k = lower_.begin(c); k < lower_.end(c); ++k) {
+      v = v - block_times(&lower_.blocks[kBlock * k], &out[kSize * lower_.columns[k]]);
     }
-    store_lanes(&out[4 * i], three_lanes(v));
+    v.store(&out[kSize * c]);
   }
 }
 
 // (1 + L)ᵀ out = right_hand_side in one domain.
-void BlockCg::backward(std::size_t domain, std::span<const double> right_hand_side, std::span<double> out) const {
-  for (int i = bounds_[domain + 1] - 1; i >= bounds_[domain]; --i) {
-    Lanes v = load_lanes(&right_hand_side[4 * i]);
-    for (int k = upper_.offsets[i]; k < upper_.offsets[i + 1]; ++k) {
-      v -= block_times(&upper_.blocks[9 * k], &out[4 * upper_.columns[k]]);
+void BlockCg::backward(std::size_t domain, std::span<const double> right_hand_side,
+                       std::span<double> out) const {
+  for (int c = bounds_[domain + 1] - 1; c >= bounds_[domain]; --c) {
+    Twelve v = Twelve::load(&right_hand_side[kSize * c]);
+    for (int k = upper_.begin(c); k < upper_.end(c); ++k) {
+      v = v - block_times(&upper_.blocks[kBlock * k], &out[kSize * upper_.columns[k]]);
     }
-    store_lanes(&out[4 * i], three_lanes(v));
+    v.store(&out[kSize * c]);
   }
 }
 
-// image = (1 + L)⁻¹ (p + (D − 2) t + R t) in one domain, all of t being known; returns its part of p · (t + image).
+// image = (1 + L)⁻¹ (p − t + R t) in one domain, all of t being known; returns its part of p · (t + image).
 double BlockCg::apply(std::size_t domain) {
-  Lanes product = broadcast(0);
-  for (int i = bounds_[domain]; i < bounds_[domain + 1]; ++i) {
-    const Lanes p = load_lanes(&direction_[4 * i]), t = load_lanes(&solved_[4 * i]);
-    Lanes v = p + block_times(&diagonal_[9 * i], &solved_[4 * i]);
-    for (int k = outer_.offsets[i]; k < outer_.offsets[i + 1]; ++k) {
-      v += block_times(&outer_.blocks[9 * k], &solved_[4 * outer_.columns[k]]);
+  double product = 0;
+  for (int c = bounds_[domain]; c < bounds_[domain + 1]; ++c) {
+    const Twelve p = Twelve::load(&direction_[kSize * c]), t = Twelve::load(&solved_[kSize * c]);
+    Twelve v = p - t;
+    for (int k = outer_.begin(c); k < outer_.end(c); ++k) {
+      v = v + block_times(&outer_.blocks[kBlock * k], &solved_[kSize * outer_.columns[k]]);
     }
-    for (int k = lower_.offsets[i]; k < lower_.offsets[i + 1]; ++k) {
-      v -= block_times(&lower_.blocks[9 * k], &image_[4 * lower_.columns[k]]);
+    for (int k = lower_.begin(c); k < lower_.end(c); ++k) {
+      v = v - block_times(&lower_.blocks[kBlock * k], &image_[kSize * lower_.columns[k]]);
     }
-    v = three_lanes(v);
-    store_lanes(&image_[4 * i], v);
-    product += p * (t + v);
+    v.store(&image_[kSize * c]);
+    product += inner(p, t + v);
   }
-  return sum(product);
+  return product;
 }
 
 CgResult BlockCg::solve(std::span<const Vec3> b, double tolerance, int max_iterations, const Context& context,
@@ -177,22 +281,8 @@ CgResult BlockCg::solve(std::span<const Vec3> b, double tolerance, int max_itera
     return parallel_reduce<double>(
         domains, 1, 0.0, [&](std::size_t d, std::size_t) { return body(d); }, std::plus<>());
   };
-  double rho = over_domains([&](std::size_t d) {
-    for (int i = bounds_[d]; i < bounds_[d + 1]; ++i) {
-      const Vec3 v = factors_[i].times(b[i]);
-      store_lanes(&image_[4 * i], Lanes{v.x, v.y, v.z, 0});
-      store_lanes(&solution_[4 * i], broadcast(0));
-      store_lanes(&direction_[4 * i], broadcast(0));
-    }
-    forward(d, image_, residual_);
-    Lanes square = broadcast(0);
-    for (int i = bounds_[d]; i < bounds_[d + 1]; ++i) {
-      const Lanes r = load_lanes(&residual_[4 * i]);
-      square += r * r;
-    }
-    return sum(square);
-  });
-  const double target = tolerance * tolerance * rho;
+  double rho = over_domains([&](std::size_t d) { return start(d, b); });
+  const double first = rho, target = tolerance * tolerance * rho;
   CgResult result;
   double beta = 0;
   while (rho > target) {
@@ -205,8 +295,9 @@ CgResult BlockCg::solve(std::span<const Vec3> b, double tolerance, int max_itera
       break;
     }
     over_domains([&](std::size_t d) {
-      for (int i = 4 * bounds_[d]; i < 4 * bounds_[d + 1]; i += kLanes) {
-        store_lanes(&direction_[i], load_lanes(&residual_[i]) + load_lanes(&direction_[i]) * beta);
+      for (int c = bounds_[d]; c < bounds_[d + 1]; ++c) {
+        double* p = &direction_[kSize * c];
+        (Twelve::load(&residual_[kSize * c]) + Twelve::load(p) * beta).store(p);
       }
       backward(d, direction_, solved_);
       return 0.0;
@@ -217,26 +308,65 @@ CgResult BlockCg::solve(std::span<const Vec3> b, double tolerance, int max_itera
       break;
     }
     ++result.iterations;
-    const double alpha = rho / curvature;
-    const double next = over_domains([&](std::size_t d) {
-      Lanes square = broadcast(0);
-      for (int i = 4 * bounds_[d]; i < 4 * bounds_[d + 1]; i += kLanes) {
-        const Lanes t = load_lanes(&solved_[i]);
-        const Lanes r = load_lanes(&residual_[i]) - (load_lanes(&image_[i]) + t) * alpha;
-        store_lanes(&residual_[i], r);
-        store_lanes(&solution_[i], load_lanes(&solution_[i]) + t * alpha);
-        square += r * r;
-      }
-      return sum(square);
-    });
+    const double next = over_domains([&](std::size_t d) { return step(d, rho / curvature); });
     beta = next / rho;
     rho = next;
   }
-  for (int i = 0; i < rows_; ++i) {  // x = Wᵀ solution
-    const double* s = &solution_[4 * i];
-    x[i] = factors_[i].transposed_times({s[0], s[1], s[2]});
-  }
+  if (first > 0) result.reduction = std::sqrt(rho / first);
+  finish(x);
   return result;
+}
+
+// The scaled right-hand side through (1 + L)⁻¹ is the first residual; returns its square.
+double BlockCg::start(std::size_t domain, std::span<const Vec3> b) {
+  double square = 0;
+  for (int c = bounds_[domain]; c < bounds_[domain + 1]; ++c) {
+    const Dense& w = inverse_factors_[static_cast<std::size_t>(c)];
+    Twelve scaled{};
+    for (int i = cluster_offsets_[c]; i < cluster_offsets_[c + 1]; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        scaled =
+            scaled +
+            Twelve::load(&w[static_cast<std::size_t>(kSize * (3 * (i - cluster_offsets_[c]) + k))]) * b[i][k];
+      }
+    }
+    scaled.store(&image_[kSize * c]);
+    Twelve{}.store(&solution_[kSize * c]);
+    Twelve{}.store(&direction_[kSize * c]);
+  }
+  forward(domain, image_, residual_);
+  for (int c = bounds_[domain]; c < bounds_[domain + 1]; ++c) {
+    const Twelve r = Twelve::load(&residual_[kSize * c]);
+    square += inner(r, r);
+  }
+  return square;
+}
+
+// One step along the direction; returns the square of the residual.
+double BlockCg::step(std::size_t domain, double alpha) {
+  double square = 0;
+  for (int c = bounds_[domain]; c < bounds_[domain + 1]; ++c) {
+    const Twelve t = Twelve::load(&solved_[kSize * c]);
+    const Twelve r = Twelve::load(&residual_[kSize * c]) - (Twelve::load(&image_[kSize * c]) + t) * alpha;
+    r.store(&residual_[kSize * c]);
+    (Twelve::load(&solution_[kSize * c]) + t * alpha).store(&solution_[kSize * c]);
+    square += inner(r, r);
+  }
+  return square;
+}
+
+// x = Wᵀ solution.
+void BlockCg::finish(std::span<Vec3> x) const {
+  for (int c = 0; c < clusters(); ++c) {
+    const Dense& w = inverse_factors_[static_cast<std::size_t>(c)];
+    const Twelve s = Twelve::load(&solution_[kSize * c]);
+    for (int i = cluster_offsets_[c]; i < cluster_offsets_[c + 1]; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        x[i][k] =
+            inner(Twelve::load(&w[static_cast<std::size_t>(kSize * (3 * (i - cluster_offsets_[c]) + k))]), s);
+      }
+    }
+  }
 }
 
 }  // namespace turgor

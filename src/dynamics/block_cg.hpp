@@ -1,21 +1,24 @@
-// Conjugate gradients for the stiffness matrix of a network, preconditioned by an incomplete factor within domains.
+// Conjugate gradients for the stiffness matrix of a network, preconditioned by symmetric Gauss-Seidel over
+// clusters of points.
 //
-// The rows fall into consecutive pieces, the domains. Let A = L + D + Lᵀ + R: D the diagonal blocks, L what lies below
-// them within the domains, R what joins domains. The preconditioner M = (P + L) P⁻¹ (P + L)ᵀ keeps L and takes the pivots
-// P that make M's diagonal blocks those of A: P_i = D_i − Σ L_ij P_j⁻¹ L_ijᵀ (the simplified incomplete factorisation,
-// D-ILU). Along a column of points that couple as a chain it is exact. Scaled so that P = 1 the preconditioned operator
-// needs no product with A beside the two triangular solves (Eisenstat 1981):
+// Rows come in clusters of up to four points that couple strongly: the columns of layered tissue, whose thin
+// layers make them far stiffer along than across. Scaled by the Cholesky factors of the clusters' diagonal
+// blocks the matrix is A = L + 1 + Lᵀ + R: L below the diagonal within consecutive pieces of the rows
+// (domains), R between domains. With the preconditioner (1 + L)(1 + L)ᵀ the preconditioned operator needs no
+// product with A beside the two triangular solves (Eisenstat 1981):
 //
-//     t = (1 + L)⁻ᵀ p,    (1 + L)⁻¹ A (1 + L)⁻ᵀ p = t + (1 + L)⁻¹ (p + (D − 2) t + R t)
+//     t = (1 + L)⁻ᵀ p,    (1 + L)⁻¹ A (1 + L)⁻ᵀ p = t + (1 + L)⁻¹ (p − t + R t)
 //
-// so an iteration costs one pass over the blocks. Domains run in parallel; their number depends on the size alone, so
-// the bits do not depend on the threads.
+// so an iteration costs one pass over the blocks. These are kept in single precision, which halves that pass:
+// the answer is a step of Newton's method, whose residual is measured in double precision. Domains run in
+// parallel; their number depends on the size alone, so the bits do not depend on the threads.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
-#include "dynamics/pivot.hpp"
 #include "turgor/core/context.hpp"
 #include "turgor/tissue/stiffness_matrix.hpp"
 
@@ -31,39 +34,67 @@ enum class CgOutcome {
 struct CgResult {
   CgOutcome outcome = CgOutcome::converged;
   int iterations = 0;
+  double reduction = 1;  ///< ‖r‖ / ‖b‖ reached
 };
 
 class BlockCg {
  public:
-  explicit BlockCg(const StiffnessMatrix& matrix);
+  static constexpr int kClusterPoints = 4, kClusterSize = 3 * kClusterPoints;
 
-  /// Takes over the values of the matrix it was made for, with `damping` times the mean of its diagonal added to the
-  /// diagonal. False where a diagonal block is not positive definite.
+  /// `cluster_offsets`: first row of each cluster, and the number of rows; clusters have 1 to kClusterPoints
+  /// rows.
+  BlockCg(const StiffnessMatrix& matrix, std::vector<int> cluster_offsets);
+
+  /// Takes over the values of the matrix it was made for, with `damping` times the mean of its diagonal added
+  /// to the diagonal. False where a diagonal block is not positive definite.
   bool factor(const StiffnessMatrix& matrix, double damping);
 
-  /// Solves to ‖r‖ ≤ tolerance ‖b‖ in the norm of the preconditioner. `x` is filled whatever the outcome: every
-  /// iterate of conjugate gradients is a direction of descent of the energy.
+  /// Solves to ‖r‖ ≤ tolerance ‖b‖ in the norm of the preconditioner. `x` is filled whatever the outcome:
+  /// every iterate of conjugate gradients is a direction of descent of the energy.
   CgResult solve(std::span<const Vec3> b, double tolerance, int max_iterations, const Context& context,
                  std::span<Vec3> x);
 
  private:
-  // One triangle of the scaled matrix, or the blocks between domains, row by row; a block is nine doubles by columns.
+  // Blocks of pairs of clusters, twelve by twelve numbers by columns, one cluster's row after the other in
+  // the order in which a solve needs them: the rows of the upper part descend, so that it too reads memory
+  // forwards.
   struct Part {
-    std::vector<int> offsets, columns, source;  // source: block of the matrix it scales
-    std::vector<double> blocks;
+    bool descending = false;
+    int clusters = 0;
+    std::vector<int> offsets, columns, entry_offsets;
+    std::vector<float> blocks;
+
+    [[nodiscard]] int row(int cluster) const { return descending ? clusters - 1 - cluster : cluster; }
+    [[nodiscard]] int begin(int cluster) const { return offsets[row(cluster)]; }
+    [[nodiscard]] int end(int cluster) const { return offsets[row(cluster) + 1]; }
   };
-  bool make_pivots(const StiffnessMatrix& matrix, std::size_t domain, double shift);
-  void scale(const StiffnessMatrix& matrix, Part& part);
+  // A 3×3 block of the matrix and its place, in points, within a pair's block.
+  struct Entry {
+    int block;
+    std::int16_t row, column;
+  };
+  using Dense = std::array<double, kClusterSize * kClusterSize>;  // by columns
+
+  void make_domains();
+  template <class Belongs>
+  void make_part(const StiffnessMatrix& matrix, Part& part, Belongs&& belongs);
+  bool factor_cluster(const StiffnessMatrix& matrix, int cluster, double shift);
+  void scale_row(const StiffnessMatrix& matrix, Part& part, int cluster) const;
+  [[nodiscard]] int clusters() const { return static_cast<int>(cluster_offsets_.size()) - 1; }
   void forward(std::size_t domain, std::span<const double> right_hand_side, std::span<double> out) const;
   void backward(std::size_t domain, std::span<const double> right_hand_side, std::span<double> out) const;
+  double start(std::size_t domain, std::span<const Vec3> b);
   [[nodiscard]] double apply(std::size_t domain);
+  double step(std::size_t domain, double alpha);
+  void finish(std::span<Vec3> x) const;
 
-  int rows_;
-  std::vector<int> bounds_;  // of the domains
+  std::vector<int> cluster_offsets_, cluster_of_row_;
+  std::vector<int> bounds_, domain_of_cluster_;  // of the domains, in clusters
   Part lower_, upper_, outer_;
-  std::vector<double> diagonal_;  // D − 2, scaled, a block a row
-  std::vector<InverseFactor> factors_;
-  std::vector<double> residual_, direction_, solved_, image_, solution_;  // four doubles a row, the last 0
+  std::vector<Entry> entries_;          // of the pairs of all parts
+  std::vector<Dense> inverse_factors_;  // W = C⁻¹ of each diagonal block C Cᵀ
+  std::vector<double> residual_, direction_, solved_, image_,
+      solution_;  // twelve a cluster, zero beyond its points
 };
 
 }  // namespace turgor

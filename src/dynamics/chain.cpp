@@ -71,7 +71,8 @@ void add_at(std::vector<double>& array, int place, const Vec3& v) {
 }
 
 // What four neighbours are displaced by, b − B. With D = a − A, v = u − D and w = u − (1 − α) D, so
-// b − B = D − u + q w = (q − 1) u + (1 − q (1 − α)) D, where q = length / |w|. `d` is D, then the answer; returns |w|.
+// b − B = D − u + q w = (q − 1) u + (1 − q (1 − α)) D, where q = length / |w|. `d` is D, then the answer;
+// returns |w|.
 Lanes displace(const Lanes u[3], Lanes d[3], Lanes r0, Lanes elastic, const ChainParameters& p) {
   const Lanes wx = u[0] - elastic * d[0], wy = u[1] - elastic * d[1], wz = u[2] - elastic * d[2];
   const Lanes w = sqrt(wx * wx + wy * wy + wz * wz);
@@ -85,7 +86,8 @@ Lanes displace(const Lanes u[3], Lanes d[3], Lanes r0, Lanes elastic, const Chai
   return w;
 }
 
-// Where α u + (1 − α) v vanishes the spring has no direction; it keeps its old one, compressed as far as it may be.
+// Where α u + (1 − α) v vanishes the spring has no direction; it keeps its old one, compressed as far as it
+// may be.
 Vec3 displace_without_direction(const Vec3& u, const Vec3& d, double rest, const ChainParameters& p) {
   const double shortest = rest * (1 - p.max_compression * (1 - std::exp(-p.beta)));
   return d - u + normalized(u) * shortest;
@@ -93,7 +95,8 @@ Vec3 displace_without_direction(const Vec3& u, const Vec3& d, double rest, const
 
 void move_neighbours(int begin, int end, const ChainParameters& parameters, ChainWorkspace& w) {
   ChainWorkspace::Springs& springs = w.active;
-  const int spare = static_cast<int>(w.order.size()) - 1;  // two places beyond all points, for lanes without a spring
+  const int spare =
+      static_cast<int>(w.order.size()) - 1;  // two places beyond all points, for lanes without a spring
   for (int i = springs.size; i % kLanes != 0; ++i) {
     springs.from[i] = spare;
     springs.to[i] = spare + 1;
@@ -118,7 +121,8 @@ void move_neighbours(int begin, int end, const ChainParameters& parameters, Chai
     for (int k = 0; k < kLanes; ++k) {
       if (any(lost) && lost[k] != 0) [[unlikely]] {
         const Vec3 v = displace_without_direction(vec_at(w.rest, to[k]) - vec_at(w.rest, from[k]),
-                                                  vec_at(w.displacement, from[k]), springs.rest_length[i + k], parameters);
+                                                  vec_at(w.displacement, from[k]), springs.rest_length[i + k],
+                                                  parameters);
         d[k] = Lanes{v.x, v.y, v.z, 1};
       }
       double* sum = &w.displacement[4 * to[k]];
@@ -132,8 +136,9 @@ void move_neighbours(int begin, int end, const ChainParameters& parameters, Chai
   }
 }
 
-// Springs between two points moved in the same step are shortened or lengthened to their limit, half at either end.
-// All read the same state and a point takes the mean of what its springs ask, so the order of springs has no say.
+// Springs between two points moved in the same step are shortened or lengthened to their limit, half at
+// either end. All read the same state and a point takes the mean of what its springs ask, so the order of
+// springs has no say.
 void limit_semi_active(int begin, int end, const ChainParameters& parameters, ChainWorkspace& w) {
   const double shortest = 1 - parameters.max_compression, longest = 1 + parameters.max_stretch;
   for (int pass = 0; pass < parameters.semi_active_passes; ++pass) {
@@ -164,7 +169,8 @@ void limit_semi_active(int begin, int end, const ChainParameters& parameters, Ch
 
 }  // namespace
 
-ChainSolver::ChainSolver(const SpringNetwork& network) : valid_(validate(network)), network_rest_(network.rest) {
+ChainSolver::ChainSolver(const SpringNetwork& network)
+    : valid_(validate(network)), network_rest_(network.rest) {
   if (!valid_) return;
   number_.resize(network_rest_.size());
   std::iota(number_.begin(), number_.end(), 0);
@@ -217,8 +223,8 @@ Result<std::vector<Vec3>> ChainSolver::solve(const PrescribedMotion& motion,
   return positions;
 }
 
-Result<void> ChainSolver::solve(const PrescribedMotion& motion, const ChainParameters& parameters, ChainWorkspace& w,
-                                std::vector<Vec3>& positions) const {
+Result<void> ChainSolver::solve(const PrescribedMotion& motion, const ChainParameters& parameters,
+                                ChainWorkspace& w, std::vector<Vec3>& positions) const {
   TURGOR_CHECK(valid_);
   TURGOR_CHECK(check(parameters));
   TURGOR_CHECK(validate(motion, static_cast<int>(rest_.size())));
@@ -265,7 +271,8 @@ void ChainSolver::enter(int begin, int end, ChainWorkspace& w) const {
   }
 }
 
-void ChainSolver::start(const PrescribedMotion& motion, const ChainParameters& parameters, ChainWorkspace& w) const {
+void ChainSolver::start(const PrescribedMotion& motion, const ChainParameters& parameters,
+                        ChainWorkspace& w) const {
   prepare(w);
   const auto prescribe = [&](int point) {
     w.visit[number_[point]] = w.prescribed;
@@ -285,8 +292,8 @@ void ChainSolver::start(const PrescribedMotion& motion, const ChainParameters& p
   }
 }
 
-// One look at the springs of the active points finds both kinds: those between two of them, which are semi-active, and
-// those to points not yet moved.
+// One look at the springs of the active points finds both kinds: those between two of them, which are
+// semi-active, and those to points not yet moved.
 void ChainSolver::scan(int begin, int end, const ChainParameters& parameters, ChainWorkspace& w) const {
   const double elastic[2] = {1 - parameters.alpha, 1 - parameters.column_alpha};
   const bool hold = parameters.fixed_points == FixedPoints::hold;

@@ -20,7 +20,8 @@ Error bad(std::string what, std::string remedy) {
 
 Result<void> check(const EquilibriumOptions& o) {
   if (!(o.relative_residual > 0) || !std::isfinite(o.relative_residual)) {
-    return bad(fmt::format("the relative residual asked for is {}", o.relative_residual), "It must lie above 0");
+    return bad(fmt::format("the relative residual asked for is {}", o.relative_residual),
+               "It must lie above 0");
   }
   if (o.max_newton_steps < 1) return bad("no Newton steps are allowed", "Allow at least 1");
   if (o.load_steps < 1) return bad("the motion is applied in no load step", "Ask for at least 1");
@@ -34,7 +35,8 @@ Result<void> check(const std::vector<Vec3>& start, std::size_t points) {
   }
   for (std::size_t i = 0; i < points; ++i) {
     if (!is_within_reach(start[i])) {
-      return bad(fmt::format("the start position of point {} is not a finite number of millimetres", i), "Start from rest instead");
+      return bad(fmt::format("the start position of point {} is not a finite number of millimetres", i),
+                 "Start from rest instead");
     }
   }
   return {};
@@ -45,37 +47,6 @@ std::vector<Vec3> final_positions(const SpringNetwork& network, const Prescribed
   std::vector<Vec3> targets = network.rest;
   for (std::size_t i = 0; i < motion.moved.size(); ++i) targets[motion.moved[i]] = motion.positions[i];
   return targets;
-}
-
-// Free points in the order in which a walk over the springs meets them: neighbours get near numbers, so that domains of
-// consecutive rows are compact (Cuthill and McKee 1969).
-std::vector<int> order_free_points(const NetworkEnergy& energy, const PrescribedMotion& motion) {
-  std::vector<char> taken(static_cast<std::size_t>(energy.point_count()), 0);
-  for (const int p : motion.moved) taken[p] = 1;
-  for (const int p : motion.fixed) taken[p] = 1;
-  std::vector<int> order;
-  const auto take = [&](int p) {
-    if (taken[p]) return;
-    taken[p] = 1;
-    order.push_back(p);
-  };
-  const auto& springs = energy.spring_incidence();
-  const auto& volumes = energy.volume_incidence();
-  std::size_t done = 0;
-  for (int seed = 0; seed < energy.point_count(); ++seed) {
-    take(seed);
-    for (; done < order.size(); ++done) {
-      const int p = order[done];
-      for (int k = springs.offsets[p]; k < springs.offsets[p + 1]; ++k) {
-        const auto& ends = energy.spring_ends()[springs.entries[k] / 2];
-        take(springs.entries[k] % 2 == 0 ? ends.b : ends.a);
-      }
-      for (int k = volumes.offsets[p]; k < volumes.offsets[p + 1]; ++k) {
-        for (const int corner : energy.volume_corners()[volumes.entries[k] / 4].p) take(corner);
-      }
-    }
-  }
-  return order;
 }
 
 double force_scale(const SpringNetwork& network) {
@@ -103,7 +74,8 @@ Result<EquilibriumResult> solve_equilibrium(const SpringNetwork& network, const 
   TURGOR_TRY(const NetworkEnergy energy, NetworkEnergy::prepare(network));
   TURGOR_CHECK(validate(motion, energy.point_count()));
   if (start != nullptr) TURGOR_CHECK(check(*start, network.rest.size()));
-  Newton newton(energy, order_free_points(energy, motion), force_scale(network), context);
+  Newton newton(energy, cluster_free_points(network, energy, motion, BlockCg::kClusterPoints),
+                force_scale(network), context);
   EquilibriumState state;
   state.positions = start != nullptr ? *start : network.rest;
   if (!newton.evaluate(state)) return too_large();
@@ -133,8 +105,9 @@ Result<EquilibriumResult> solve_equilibrium(const SpringNetwork& network, const 
   result.inverted_volumes = energy.inverted_volumes(state.positions);
   result.converged = converged;
   if (!converged) {
-    context.warning(fmt::format("no equilibrium after {} Newton steps: the relative residual is {:.1e}, {:.1e} was asked for",
-                                result.newton_steps, result.relative_residual, options.relative_residual));
+    context.warning(fmt::format(
+        "no equilibrium after {} Newton steps: the relative residual is {:.1e}, {:.1e} was asked for",
+        result.newton_steps, result.relative_residual, options.relative_residual));
   }
   if (const int n = energy.coincident_springs(state.positions); n > 0) {
     context.warning(fmt::format("{} springs have coincident ends and exert no force", n));

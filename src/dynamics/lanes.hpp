@@ -1,5 +1,6 @@
-// Four doubles side by side. Vector types of GCC and Clang, so that lowering falls to the compiler; only the square root,
-// which they lack, is spelt out. Every operation is the IEEE one, lane by lane: the bits are those of scalar code.
+// Four doubles side by side. Vector types of GCC and Clang, so that lowering falls to the compiler; only the
+// square root, which they lack, is spelt out. Every operation is the IEEE one, lane by lane: the bits are
+// those of scalar code.
 #pragma once
 
 #include <cmath>
@@ -16,7 +17,9 @@ using Lanes = double __attribute__((vector_size(32)));
 using LaneBits = std::int64_t __attribute__((vector_size(32)));
 inline constexpr int kLanes = 4;
 
-inline Lanes broadcast(double x) { return Lanes{x, x, x, x}; }
+inline Lanes broadcast(double x) {
+  return Lanes{x, x, x, x};
+}
 
 inline Lanes load_lanes(const double* from) {
   Lanes v;
@@ -24,7 +27,9 @@ inline Lanes load_lanes(const double* from) {
   return v;
 }
 
-inline void store_lanes(double* to, Lanes v) { std::memcpy(to, &v, sizeof v); }
+inline void store_lanes(double* to, Lanes v) {
+  std::memcpy(to, &v, sizeof v);
+}
 
 inline Lanes sqrt(Lanes x) {
 #ifdef __AVX__
@@ -36,8 +41,10 @@ inline Lanes sqrt(Lanes x) {
 
 /// Rows become columns: x y z · of four points become four x, four y, four z.
 inline void transpose(Lanes& a, Lanes& b, Lanes& c, Lanes& d) {
-  const Lanes ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Lanes cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  const Lanes ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+              ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Lanes cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6),
+              cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
   a = __builtin_shufflevector(ab0, cd0, 0, 1, 4, 5);
   b = __builtin_shufflevector(ab1, cd1, 0, 1, 4, 5);
   c = __builtin_shufflevector(ab0, cd0, 2, 3, 6, 7);
@@ -45,9 +52,12 @@ inline void transpose(Lanes& a, Lanes& b, Lanes& c, Lanes& d) {
 }
 
 /// Whether any lane of a comparison holds.
-inline bool any(LaneBits mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
+inline bool any(LaneBits mask) {
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+}
 
-/// e^x for x ≤ 0 to round-off: x = n ln 2 + r, Taylor's polynomial of r, n into the exponent. Zero below −700.
+/// e^x for x ≤ 0 to round-off: x = n ln 2 + r, Taylor's polynomial of r, n into the exponent. Zero below
+/// −700.
 inline Lanes exp_of_negative(Lanes x) {
   constexpr double shift = 0x1.8p52, log2e = 1.4426950408889634;
   constexpr double ln2_high = 0x1.62e42fee00000p-1, ln2_low = 0x1.a39ef35793c76p-33;

@@ -13,14 +13,19 @@ constexpr std::size_t kGrain = 4096;
 constexpr int kMaxLinearIterations = 2000;
 constexpr int kMaxBacktracks = 30;
 constexpr double kSufficientDecrease = 1e-4;
-// After a step along which the exact Hessian was indefinite, so many steps do not try it.
-constexpr int kProjectedSteps = 2;
+// Range of the linear tolerance: a sharper direction than this is not followed so far that it would pay.
+constexpr double kLeastForcing = 0.01, kGreatestForcing = 0.1;
+constexpr double kLeastProjection = 1.0 / 16;
+constexpr double kUsefulReduction = 0.3;
+constexpr int kPatience = 1;
 // Share of the first forces that scales the residual where the reactions vanish.
 constexpr double kStartShare = 1e-3;
 constexpr double kFirstDamping = 1e-4, kLargestDamping = 1e4;
 
 // As Context::check() puts it; the flag may have been raised for an instant only.
-Error cancelled() { return {ErrorKind::cancelled, "stopped on request; nothing was written"}; }
+Error cancelled() {
+  return {ErrorKind::cancelled, "stopped on request; nothing was written"};
+}
 
 template <class Term>
 double sum_over(std::size_t n, Term&& term) {
@@ -36,10 +41,10 @@ double sum_over(std::size_t n, Term&& term) {
 
 }  // namespace
 
-Newton::Newton(const NetworkEnergy& energy, std::vector<int> free, double force_scale, Context& context)
+Newton::Newton(const NetworkEnergy& energy, PointClusters free, double force_scale, Context& context)
     : energy_(energy),
-      matrix_(energy, std::move(free)),
-      cg_(matrix_),
+      matrix_(energy, std::move(free.points)),
+      cg_(matrix_, std::move(free.offsets)),
       context_(context),
       force_scale_(force_scale),
       is_free_(static_cast<std::size_t>(energy.point_count()), 0),
@@ -51,7 +56,8 @@ Newton::Newton(const NetworkEnergy& energy, std::vector<int> free, double force_
 bool Newton::evaluate(EquilibriumState& state) {
   state.forces.resize(state.positions.size());
   state.energy = energy_.forces(state.positions, state.forces, workspace_);
-  return std::isfinite(state.energy) && std::isfinite(free_norm(state)) && std::isfinite(reaction_norm(state));
+  return std::isfinite(state.energy) && std::isfinite(free_norm(state)) &&
+         std::isfinite(reaction_norm(state));
 }
 
 double Newton::reaction_norm(const EquilibriumState& state) const {
@@ -78,8 +84,8 @@ double Newton::largest_free_force(const EquilibriumState& state) const {
   return largest;
 }
 
-CgResult Newton::solve_linear(const EquilibriumState& state, Convexity convexity, double tolerance) {
-  energy_.linearise(state.positions, convexity, stiffness_);
+CgResult Newton::solve_linear(const EquilibriumState& state, double projection, double tolerance) {
+  energy_.linearise(state.positions, projection, stiffness_);
   matrix_.assemble(energy_, stiffness_);
   if (!cg_.factor(matrix_, damping_)) return {CgOutcome::indefinite, 0};
   const CgResult result = cg_.solve(load_, tolerance, kMaxLinearIterations, context_, direction_);
@@ -92,7 +98,7 @@ Result<bool> Newton::predict(EquilibriumState& state, const std::vector<Vec3>& t
   for (std::size_t i = 0; i < shift.size(); ++i) {
     if (!is_free_[i]) shift[i] = targets[i] - state.positions[i];
   }
-  energy_.linearise(state.positions, Convexity::projected, stiffness_);
+  energy_.linearise(state.positions, 1, stiffness_);
   energy_.multiply(stiffness_, shift, product, workspace_);
   for (int row = 0; row < matrix_.rows(); ++row) {
     const int p = matrix_.unknowns()[row];
@@ -103,11 +109,12 @@ Result<bool> Newton::predict(EquilibriumState& state, const std::vector<Vec3>& t
   EquilibriumState predicted = moved;
   const bool moved_finite = evaluate(moved);
   constexpr double tolerance = 1e-2;
-  const CgOutcome outcome = solve_linear(state, Convexity::projected, tolerance).outcome;
+  const CgOutcome outcome = solve_linear(state, 1, tolerance).outcome;
   if (outcome == CgOutcome::cancelled) return cancelled();
   bool predicted_finite = false;
   if (outcome != CgOutcome::indefinite) {
-    for (int row = 0; row < matrix_.rows(); ++row) predicted.positions[matrix_.unknowns()[row]] += direction_[row];
+    for (int row = 0; row < matrix_.rows(); ++row)
+      predicted.positions[matrix_.unknowns()[row]] += direction_[row];
     predicted_finite = evaluate(predicted);
   }
   if (!moved_finite && !predicted_finite) return false;
@@ -117,14 +124,18 @@ Result<bool> Newton::predict(EquilibriumState& state, const std::vector<Vec3>& t
 
 Result<void> Newton::find_direction(const EquilibriumState& state, double tolerance) {
   for (int row = 0; row < matrix_.rows(); ++row) load_[row] = state.forces[matrix_.unknowns()[row]];
-  CgResult result{CgOutcome::indefinite, 0};
-  if (projected_steps_left_ > 0) {
-    --projected_steps_left_;
-  } else {
-    result = solve_linear(state, Convexity::exact, tolerance);
-    if (result.outcome == CgOutcome::indefinite) projected_steps_left_ = kProjectedSteps;
+  // As little projection as leaves no negative curvature: more makes steps short, less fails. What conjugate
+  // gradients reached before they met negative curvature is a direction of descent; far enough, it will do.
+  const double lower = projection_ > kLeastProjection ? 0.5 * projection_ : 0.0;
+  projection_ = since_indefinite_ < kPatience ? projection_ : lower;
+  ++since_indefinite_;
+  CgResult result = solve_linear(state, projection_, tolerance);
+  while (result.outcome == CgOutcome::indefinite && projection_ < 1) {
+    since_indefinite_ = 0;
+    projection_ = std::min(1.0, std::max(4 * projection_, 2 * kLeastProjection));
+    if (result.reduction < kUsefulReduction) break;
+    result = solve_linear(state, projection_, tolerance);
   }
-  if (result.outcome == CgOutcome::indefinite) result = solve_linear(state, Convexity::projected, tolerance);
   if (result.outcome == CgOutcome::cancelled) return cancelled();
   if (!(slope_along_direction(state) < 0)) std::copy(load_.begin(), load_.end(), direction_.begin());
   return {};
@@ -144,8 +155,9 @@ void Newton::step_to(const EquilibriumState& from, double t, EquilibriumState& t
   }
 }
 
-// Backtracking on the energy. Close to the minimum the energy's decrease drowns in its rounding; there a step counts
-// that brings the slope along the direction down (Hager and Zhang 2005, the approximate Wolfe condition).
+// Backtracking on the energy. Close to the minimum the energy's decrease drowns in its rounding; there a step
+// counts that brings the slope along the direction down (Hager and Zhang 2005, the approximate Wolfe
+// condition).
 bool Newton::search(EquilibriumState& state) {
   const double slope = slope_along_direction(state);
   const double rounding = 1e-12 * std::abs(state.energy);
@@ -184,7 +196,7 @@ void Newton::adapt_damping(double accepted_step) {
 Result<bool> Newton::descend(EquilibriumState& state, double tolerance, int step_limit) {
   start_norm_ = free_norm(state);
   const double first = relative_residual(state);
-  double previous = first, forcing = 0.1;
+  double previous = first, forcing = kGreatestForcing;
   for (double residual = first;; residual = relative_residual(state)) {
     TURGOR_CHECK(context_.check());
     if (residual <= tolerance) return true;
@@ -193,7 +205,7 @@ Result<bool> Newton::descend(EquilibriumState& state, double tolerance, int step
     // Eisenstat and Walker's second choice: solve as closely as the last step's success makes worth while.
     if (steps_ > 0 && residual < previous) {
       const double ratio = residual / previous;
-      forcing = std::clamp(0.9 * ratio * ratio, std::min(0.1 * tolerance / residual, 0.1), 0.1);
+      forcing = std::clamp(0.9 * ratio * ratio, kLeastForcing, kGreatestForcing);
     }
     previous = residual;
     TURGOR_CHECK(find_direction(state, forcing));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dynamics/block_cg.hpp"
+#include "dynamics/point_clusters.hpp"
 #include "turgor/core/context.hpp"
 #include "turgor/tissue/network_energy.hpp"
 #include "turgor/tissue/stiffness_matrix.hpp"
@@ -18,16 +19,16 @@ struct EquilibriumState {
 
 class Newton {
  public:
-  /// `free`: the points that may move, in the order of the unknowns; `force_scale`: least reaction norm, N.
-  Newton(const NetworkEnergy& energy, std::vector<int> free, double force_scale, Context& context);
+  /// `free`: the points that may move; `force_scale`: least reaction norm, N.
+  Newton(const NetworkEnergy& energy, PointClusters free, double force_scale, Context& context);
 
   /// Energy and forces at state.positions. False where they are not finite.
   bool evaluate(EquilibriumState& state);
-  /// Moves the prescribed points to `targets` (by point) and the free ones by the linear answer to that, unless
-  /// leaving them where they are costs less energy. False where no state has finite forces.
+  /// Moves the prescribed points to `targets` (by point) and the free ones by the linear answer to that,
+  /// unless leaving them where they are costs less energy. False where no state has finite forces.
   Result<bool> predict(EquilibriumState& state, const std::vector<Vec3>& targets);
-  /// Newton steps until the relative residual is at most `tolerance`, `step_limit` steps are done in all, or no step
-  /// lowers the energy.
+  /// Newton steps until the relative residual is at most `tolerance`, `step_limit` steps are done in all, or
+  /// no step lowers the energy.
   Result<bool> descend(EquilibriumState& state, double tolerance, int step_limit);
 
   [[nodiscard]] double reaction_norm(const EquilibriumState& state) const;
@@ -39,7 +40,7 @@ class Newton {
 
  private:
   Result<void> find_direction(const EquilibriumState& state, double tolerance);
-  CgResult solve_linear(const EquilibriumState& state, Convexity convexity, double tolerance);
+  CgResult solve_linear(const EquilibriumState& state, double projection, double tolerance);
   bool search(EquilibriumState& state);
   double slope_along_direction(const EquilibriumState& state) const;
   void step_to(const EquilibriumState& from, double t, EquilibriumState& to) const;
@@ -56,7 +57,8 @@ class Newton {
   std::vector<Vec3> load_, direction_;  // by unknown
   EquilibriumState trial_;
   double damping_ = 0;
-  int projected_steps_left_ = 0;
+  double projection_ = 0;
+  int since_indefinite_ = 0;
   int steps_ = 0, linear_iterations_ = 0;
 };
 

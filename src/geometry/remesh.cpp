@@ -108,7 +108,8 @@ class EditableMesh {
     return true;
   }
 
-  // Turns the inner edge (a, b) into (c, d) where that raises the smallest angle and keeps the surface's course.
+  // Turns the inner edge (a, b) into (c, d) where that raises the smallest angle and keeps the surface's
+  // course.
   bool flip(int a, int b) {
     const std::vector<int> edge = edge_triangles(a, b);
     if (edge.size() != 2) return false;
@@ -208,7 +209,9 @@ std::vector<Edge> edges(const EditableMesh& mesh) {
   return out;
 }
 
-bool exists(const EditableMesh& mesh, const Edge& e) { return !mesh.edge_triangles(e.a, e.b).empty(); }
+bool exists(const EditableMesh& mesh, const Edge& e) {
+  return !mesh.edge_triangles(e.a, e.b).empty();
+}
 
 void relax(EditableMesh& mesh, const SurfaceQuery& surface) {
   const auto count = static_cast<std::size_t>(mesh.point_count());
@@ -241,7 +244,8 @@ void relax(EditableMesh& mesh, const SurfaceQuery& surface) {
 
 }  // namespace
 
-Result<TriMesh> remesh_isotropic(const TriMesh& mesh, const SizingField& size_mm, int rounds, Context& context) {
+Result<TriMesh> remesh_isotropic(const TriMesh& mesh, const SizingField& size_mm, int rounds,
+                                 Context& context) {
   const SurfaceQuery surface(mesh);
   EditableMesh work(mesh);
   const auto middle = [&](const Edge& e) { return (work.point(e.a) + work.point(e.b)) * 0.5; };

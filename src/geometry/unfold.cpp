@@ -6,7 +6,9 @@
 namespace turgor {
 namespace {
 
-constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 // Area-weighted normals: the large triangles around a fold say which way the surface looks.
 std::vector<Vec3> area_normals(const TriMesh& mesh) {
@@ -24,7 +26,8 @@ std::vector<int> turned_triangles(const TriMesh& mesh) {
   parallel_for(mesh.triangles.size(), 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Index3& v = mesh.triangles[t];
-      const Vec3 around = normalized(normals[at(v[0])]) + normalized(normals[at(v[1])]) + normalized(normals[at(v[2])]);
+      const Vec3 around =
+          normalized(normals[at(v[0])]) + normalized(normals[at(v[1])]) + normalized(normals[at(v[2])]);
       turned[t] = dot(triangle_normal(mesh, v), around) <= 0;
     }
   });
@@ -66,7 +69,8 @@ int unfold(TriMesh& mesh, int rounds) {
       if (!moves[p]) continue;
       Vec3 mean{};
       const int begin = adjacency.offsets[p], end = adjacency.offsets[p + 1];
-      for (int k = begin; k < end; ++k) mean += before[at(adjacency.neighbours[at(k)])] / static_cast<double>(end - begin);
+      for (int k = begin; k < end; ++k)
+        mean += before[at(adjacency.neighbours[at(k)])] / static_cast<double>(end - begin);
       mesh.points[p] = mean;
     }
     turned = turned_triangles(mesh);

@@ -17,12 +17,11 @@ struct View {
   const char* name;
   const char* words;
 };
-constexpr std::array<View, 4> face_views{{{StandardView::front, "front", "from the front"},
-                                          {StandardView::profile_right, "profile", "right profile"},
-                                          {StandardView::three_quarter_right, "three_quarter_right",
-                                           "three-quarter view from the right"},
-                                          {StandardView::three_quarter_left, "three_quarter_left",
-                                           "three-quarter view from the left"}}};
+constexpr std::array<View, 4> face_views{
+    {{StandardView::front, "front", "from the front"},
+     {StandardView::profile_right, "profile", "right profile"},
+     {StandardView::three_quarter_right, "three_quarter_right", "three-quarter view from the right"},
+     {StandardView::three_quarter_left, "three_quarter_left", "three-quarter view from the left"}}};
 constexpr std::size_t front_and_profile = 2;
 
 constexpr Vec3f ghost_colour{0.10f, 0.25f, 0.75f};
@@ -36,7 +35,9 @@ Box3 frame_box(const PatientCase& patient) {
   return box;
 }
 
-Body skin_body(const TriMesh& mesh) { return {&mesh, {MaterialKind::skin}, {}}; }
+Body skin_body(const TriMesh& mesh) {
+  return {&mesh, {MaterialKind::skin}, {}};
+}
 
 // Bones and teeth after the plan's moves (or before it).
 struct Bones {
@@ -63,7 +64,8 @@ std::vector<Body> bone_bodies(const Bones& bones, bool mark_moved) {
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < bones.meshes.size(); ++i) {
     Body body{&bones.meshes[i], {MaterialKind::bone}, {}};
-    if (mark_moved && bones.moved[i]) body.point_colours.assign(bones.meshes[i].points.size(), {0.35f, 0.60f, 0.62f});
+    if (mark_moved && bones.moved[i])
+      body.point_colours.assign(bones.meshes[i].points.size(), {0.35f, 0.60f, 0.62f});
     bodies.push_back(std::move(body));
   }
   return bodies;
@@ -71,13 +73,15 @@ std::vector<Body> bone_bodies(const Bones& bones, bool mark_moved) {
 
 std::vector<Vec3f> coloured(const std::vector<float>& values, double highest) {
   std::vector<Vec3f> colours(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) colours[i] = light_colour_map(static_cast<double>(values[i]) / highest);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    colours[i] = light_colour_map(static_cast<double>(values[i]) / highest);
   return colours;
 }
 
 // The next of 1, 2, 3, 4, 5, 6, 8, 10 … millimetres above the greatest value: a legend that reads well.
 double legend_top(double greatest) {
-  for (const double top : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 75.0}) {
+  for (const double top :
+       {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 75.0}) {
     if (greatest <= top) return top;
   }
   return greatest;
@@ -94,8 +98,8 @@ class Studio {
 
   // `bodies` from every view of the face, each annotated by `draw`.
   template <class Draw>
-  Result<void> shoot(const std::vector<Body>& bodies, const std::string& name, const std::string& what, Draw&& draw,
-                     std::size_t views = face_views.size()) {
+  Result<void> shoot(const std::vector<Body>& bodies, const std::string& name, const std::string& what,
+                     Draw&& draw, std::size_t views = face_views.size()) {
     TURGOR_TRY(const Renderer renderer, Renderer::create(bodies, context_));
     for (std::size_t v = 0; v < views; ++v) {
       TURGOR_CHECK(context_.check());
@@ -110,11 +114,13 @@ class Studio {
   }
   Result<void> shoot(const std::vector<Body>& bodies, const std::string& name, const std::string& what,
                      std::size_t views = face_views.size()) {
-    return shoot(bodies, name, what, [](Image&, const CameraView&) {}, views);
+    return shoot(
+        bodies, name, what, [](Image&, const CameraView&) {}, views);
   }
   // Packing takes as long as rendering, so it is done for all pictures at once.
   std::vector<Picture> take() {
-    parallel_for(images_.size(), 1, [&](std::size_t begin, std::size_t) { pictures_[begin].png = encode_png(images_[begin]); });
+    parallel_for(images_.size(), 1,
+                 [&](std::size_t begin, std::size_t) { pictures_[begin].png = encode_png(images_[begin]); });
     images_.clear();
     return std::move(pictures_);
   }
@@ -165,16 +171,19 @@ Result<std::vector<Picture>> prediction_pictures(const PatientCase& patient, con
   std::vector<Body> both = face(prediction.skin, after);
   both.push_back({&patient.skin(), {MaterialKind::plain, ghost_colour, 0.3, true}, {}});
   TURGOR_CHECK(studio.shoot(both, "superimposed", "After surgery, with the face before in blue"));
-  const double top = legend_top(*std::max_element(prediction.displacement_mm.begin(), prediction.displacement_mm.end()));
+  const double top =
+      legend_top(*std::max_element(prediction.displacement_mm.begin(), prediction.displacement_mm.end()));
   const Body map{&prediction.skin, {MaterialKind::plain}, coloured(prediction.displacement_mm, top)};
-  TURGOR_CHECK(studio.shoot({map}, "displacement", "Movement of the skin in millimetres",
-                            [&](Image& image, const CameraView&) { draw_legend(image, 0, top, "mm", light_colour_map); }));
-  TURGOR_CHECK(studio.shoot(bone_bodies(after, true), "bones_after", "Bones after surgery, moved segments in green",
-                            front_and_profile));
+  TURGOR_CHECK(studio.shoot(
+      {map}, "displacement", "Movement of the skin in millimetres",
+      [&](Image& image, const CameraView&) { draw_legend(image, 0, top, "mm", light_colour_map); }));
+  TURGOR_CHECK(studio.shoot(bone_bodies(after, true), "bones_after",
+                            "Bones after surgery, moved segments in green", front_and_profile));
   return studio.take();
 }
 
-Result<std::vector<Picture>> model_pictures(const PatientCase& patient, const PictureOptions& options, Context& context) {
+Result<std::vector<Picture>> model_pictures(const PatientCase& patient, const PictureOptions& options,
+                                            Context& context) {
   const Stage stage(context, "pictures of the model");
   Studio studio(patient, options, context);
   const auto annotate = [&](bool on_bone) {
@@ -187,16 +196,17 @@ Result<std::vector<Picture>> model_pictures(const PatientCase& patient, const Pi
   std::vector<Body> bodies = bone_bodies(bones, false);
   const TriMesh& cut = patient.head().mandible_cut;
   if (!cut.empty()) bodies.push_back({&cut, {MaterialKind::plain, {0.8f, 0.1f, 0.1f}, 1.0}, {}});
-  TURGOR_CHECK(studio.shoot(bodies, "bones", cut.empty() ? "Bones" : "Bones; where the mandible was cut free in red",
+  TURGOR_CHECK(studio.shoot(bodies, "bones",
+                            cut.empty() ? "Bones" : "Bones; where the mandible was cut free in red",
                             annotate(true), front_and_profile));
-  TURGOR_CHECK(studio.shoot({skin_body(patient.head().skin)}, "landmarks", "Landmarks on the skin", annotate(false),
-                            front_and_profile));
+  TURGOR_CHECK(studio.shoot({skin_body(patient.head().skin)}, "landmarks", "Landmarks on the skin",
+                            annotate(false), front_and_profile));
   const LayeredTissue& tissue = patient.tissue();
   const double top = legend_top(*std::max_element(tissue.thickness_mm.begin(), tissue.thickness_mm.end()));
   const Body thickness{&tissue.surface, {MaterialKind::plain}, thickness_colours(tissue, top)};
-  TURGOR_CHECK(studio.shoot({thickness}, "thickness", "Thickness of the soft tissue in millimetres; grey: no bone under it",
-                            [&](Image& image, const CameraView&) { draw_legend(image, 0, top, "mm"); },
-                            front_and_profile));
+  TURGOR_CHECK(studio.shoot(
+      {thickness}, "thickness", "Thickness of the soft tissue in millimetres; grey: no bone under it",
+      [&](Image& image, const CameraView&) { draw_legend(image, 0, top, "mm"); }, front_and_profile));
   return studio.take();
 }
 

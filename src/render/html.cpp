@@ -28,17 +28,28 @@ std::string escape(std::string_view text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
 }
 
-std::string data_url(const std::vector<std::byte>& png) { return "data:image/png;base64," + base64(png); }
+std::string data_url(const std::vector<std::byte>& png) {
+  return "data:image/png;base64," + base64(png);
+}
 
 std::string table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
   std::string out = "<table><thead><tr>";
@@ -53,8 +64,8 @@ std::string table(const std::vector<std::string>& header, const std::vector<std:
 }
 
 std::string figure(const std::vector<std::byte>& png, std::string_view caption) {
-  return "<figure><img src=\"" + data_url(png) + "\" alt=\"" + escape(caption) + "\"><figcaption>" + escape(caption) +
-         "</figcaption></figure>\n";
+  return "<figure><img src=\"" + data_url(png) + "\" alt=\"" + escape(caption) + "\"><figcaption>" +
+         escape(caption) + "</figcaption></figure>\n";
 }
 
 }  // namespace turgor::html

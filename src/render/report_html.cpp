@@ -14,7 +14,8 @@ namespace {
 using html::escape;
 
 const Picture* find(const std::vector<Picture>& pictures, std::string_view name) {
-  const auto it = std::find_if(pictures.begin(), pictures.end(), [&](const Picture& p) { return p.name == name; });
+  const auto it =
+      std::find_if(pictures.begin(), pictures.end(), [&](const Picture& p) { return p.name == name; });
   return it == pictures.end() ? nullptr : &*it;
 }
 
@@ -35,10 +36,12 @@ std::string head(const CaseResults& results) {
   const Grid& grid = results.patient.scan_grid();
   return fmt::format(
       "<header><p class=\"brand\">Turgor {}</p><h1>{}</h1>\n"
-      "<p class=\"facts\">{} &middot; {} &middot; {} × {} × {} voxels of {:.2f} × {:.2f} × {:.2f} mm</p></header>\n",
-      escape(results.record.version), results.predictions.empty() ? "Head and tissue" : "Predicted face after surgery",
-      escape(scan.patient.empty() ? "no patient name in the scan" : scan.patient),
-      escape(scan.format), grid.size[0], grid.size[1], grid.size[2], grid.spacing.x, grid.spacing.y, grid.spacing.z);
+      "<p class=\"facts\">{} &middot; {} &middot; {} × {} × {} voxels of {:.2f} × {:.2f} × {:.2f} "
+      "mm</p></header>\n",
+      escape(results.record.version),
+      results.predictions.empty() ? "Head and tissue" : "Predicted face after surgery",
+      escape(scan.patient.empty() ? "no patient name in the scan" : scan.patient), escape(scan.format),
+      grid.size[0], grid.size[1], grid.size[2], grid.spacing.x, grid.spacing.y, grid.spacing.z);
 }
 
 // The one sentence that a reader in a hurry takes along.
@@ -58,8 +61,10 @@ std::string plan(const CaseResults& results) {
   std::vector<std::vector<std::string>> rows;
   for (const BoneSegment& s : results.patient.bones().segments()) {
     const Vec3 c = bounds(s.surface).centre(), d = s.motion.point(c) - c;
-    const double cosine = 0.5 * (s.motion.rotation.c[0].x + s.motion.rotation.c[1].y + s.motion.rotation.c[2].z - 1);
-    rows.push_back({escape(s.name), fmt::format("{:.1f}", -d.y), fmt::format("{:.1f}", d.x), fmt::format("{:.1f}", d.z),
+    const double cosine =
+        0.5 * (s.motion.rotation.c[0].x + s.motion.rotation.c[1].y + s.motion.rotation.c[2].z - 1);
+    rows.push_back({escape(s.name), fmt::format("{:.1f}", -d.y), fmt::format("{:.1f}", d.x),
+                    fmt::format("{:.1f}", d.z),
                     fmt::format("{:.1f}°", degrees(std::acos(std::clamp(cosine, -1.0, 1.0))))});
   }
   return "<pre>" + escape(results.record.plan_text) + "</pre>\n" +
@@ -68,27 +73,32 @@ std::string plan(const CaseResults& results) {
 
 // Before and after in one picture with a handle to wipe between them.
 std::string wipe(const std::vector<Picture>& pictures, std::string_view view) {
-  const Picture *before = find(pictures, fmt::format("before_{}", view)), *after = find(pictures, fmt::format("after_{}", view));
+  const Picture *before = find(pictures, fmt::format("before_{}", view)),
+                *after = find(pictures, fmt::format("after_{}", view));
   if (before == nullptr || after == nullptr) return {};
   return fmt::format(
       "<figure><div class=\"wipe\"><img src=\"{}\" alt=\"{}\"><img class=\"over\" src=\"{}\" alt=\"{}\">"
-      "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"wipe between before and after\"></div>"
+      "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"wipe between before and "
+      "after\"></div>"
       "<figcaption>Left of the handle: before; right of it: after</figcaption></figure>\n",
-      html::data_url(after->png), escape(after->caption), html::data_url(before->png), escape(before->caption));
+      html::data_url(after->png), escape(after->caption), html::data_url(before->png),
+      escape(before->caption));
 }
 
 std::string bands(const CaseResults& results) {
   std::vector<std::vector<std::string>> rows;
   for (const Prediction& p : results.predictions) {
     for (const BandResult& b : judge(results.patient, p)) {
-      rows.push_back({escape(std::string(name_of(p.solver))), escape(b.band->soft), escape(b.band->hard),
-                      fmt::format("{:.2f}", b.ratio), fmt::format("{:.2f} to {:.2f}", b.band->low, b.band->high),
-                      b.inside() ? "<span class=\"good\">within</span>" : "<span class=\"bad\">outside</span>",
-                      escape(b.band->source)});
+      rows.push_back(
+          {escape(std::string(name_of(p.solver))), escape(b.band->soft), escape(b.band->hard),
+           fmt::format("{:.2f}", b.ratio), fmt::format("{:.2f} to {:.2f}", b.band->low, b.band->high),
+           b.inside() ? "<span class=\"good\">within</span>" : "<span class=\"bad\">outside</span>",
+           escape(b.band->source)});
     }
   }
   if (rows.empty()) return "<p>No published ratios are known here for this combination of movements.</p>\n";
-  return html::table({"Solver", "Soft tissue", "relative to bone", "ratio", "published band", "", "source"}, rows);
+  return html::table({"Solver", "Soft tissue", "relative to bone", "ratio", "published band", "", "source"},
+                     rows);
 }
 
 std::string landmark_table(const Prediction& p) {
@@ -96,8 +106,8 @@ std::string landmark_table(const Prediction& p) {
   for (const LandmarkShift& l : p.landmarks) {
     const Vec3 d = l.after - l.before;
     if (length(d) < 0.05) continue;
-    rows.push_back({escape(l.name), fmt::format("{:.1f}", -d.y), fmt::format("{:.1f}", d.x), fmt::format("{:.1f}", d.z),
-                    fmt::format("{:.1f}", length(d))});
+    rows.push_back({escape(l.name), fmt::format("{:.1f}", -d.y), fmt::format("{:.1f}", d.x),
+                    fmt::format("{:.1f}", d.z), fmt::format("{:.1f}", length(d))});
   }
   return html::table({"Landmark", "forward mm", "to the left mm", "up mm", "distance mm"}, rows);
 }
@@ -106,19 +116,23 @@ std::string solvers(const CaseResults& results) {
   std::vector<std::vector<std::string>> rows;
   for (const Prediction& p : results.predictions) {
     const std::string residual =
-        p.solver == Solver::network ? fmt::format("{:.1e} ({:.1e} N)", p.equilibrium.relative_residual, p.equilibrium.residual_n)
-                                    : "not an equilibrium";
-    rows.push_back({escape(std::string(name_of(p.solver))), fmt::format("{}", p.points), fmt::format("{}", p.springs),
-                    residual, fmt::format("{:.1f} ms", 1000 * p.solve_seconds), fmt::format("{}", p.inverted_prisms),
-                    fmt::format("{:.2f}", p.largest_stretch)});
+        p.solver == Solver::network
+            ? fmt::format("{:.1e} ({:.1e} N)", p.equilibrium.relative_residual, p.equilibrium.residual_n)
+            : "not an equilibrium";
+    rows.push_back({escape(std::string(name_of(p.solver))), fmt::format("{}", p.points),
+                    fmt::format("{}", p.springs), residual, fmt::format("{:.1f} ms", 1000 * p.solve_seconds),
+                    fmt::format("{}", p.inverted_prisms), fmt::format("{:.2f}", p.largest_stretch)});
   }
-  std::string out = html::table({"Solver", "points", "springs", "residual", "time", "prisms inverted", "greatest stretch of skin"}, rows);
+  std::string out = html::table(
+      {"Solver", "points", "springs", "residual", "time", "prisms inverted", "greatest stretch of skin"},
+      rows);
   for (std::size_t i = 1; i < results.predictions.size(); ++i) {
     const SkinDistance d = compare(results.predictions[0], results.predictions[i]);
-    out += fmt::format("<p>{} and {} differ by {:.2f} mm on average where the skin moves (95 % of points within {:.2f} mm, "
-                       "greatest {:.2f} mm).</p>\n",
-                       name_of(results.predictions[0].solver), name_of(results.predictions[i].solver), d.mean,
-                       d.percentile_95, d.greatest);
+    out += fmt::format(
+        "<p>{} and {} differ by {:.2f} mm on average where the skin moves (95 % of points within {:.2f} mm, "
+        "greatest {:.2f} mm).</p>\n",
+        name_of(results.predictions[0].solver), name_of(results.predictions[i].solver), d.mean,
+        d.percentile_95, d.greatest);
   }
   return out;
 }
@@ -130,27 +144,34 @@ std::string model(const CaseResults& results, const std::vector<Picture>& pictur
   constexpr const char* states[] = {"a piece of its own in the scan", "cut free of the skull, shown in red",
                                     "not in this scan"};
   std::string out = fmt::format(
-      "<p>{} points, {} prisms. Thickness {:.1f} to {:.1f} mm. {} of {} rays missed bone and were given a depth; {} prisms were "
-      "repaired; {} are inverted. Skin at {:.0f} HU, bone at {:.0f} HU, both refined locally. Mandible: {}. Pieces removed "
+      "<p>{} points, {} prisms. Thickness {:.1f} to {:.1f} mm. {} of {} rays missed bone and were given a "
+      "depth; {} prisms were "
+      "repaired; {} are inverted. Skin at {:.0f} HU, bone at {:.0f} HU, both refined locally. Mandible: {}. "
+      "Pieces removed "
       "(head holder, table, cables): {}.</p>\n",
       t.points.size(), t.prisms(), *low, *high, t.rays_missed, t.columns(), t.prisms_repaired,
-      count_inverted(t, t.points), h.skin_level_hu, h.bone_level_hu, states[static_cast<std::size_t>(h.mandible_state)],
-      h.removed_pieces);
+      count_inverted(t, t.points), h.skin_level_hu, h.bone_level_hu,
+      states[static_cast<std::size_t>(h.mandible_state)], h.removed_pieces);
   return out + group(pictures, "thickness") + group(pictures, "landmarks") + group(pictures, "bones_front") +
          group(pictures, "bones_profile");
 }
 
 std::string limits(const CaseResults& results) {
   std::string out =
-      "<ul><li>This is a computed prediction for planning and teaching. It is not a medical device and no substitute for a "
+      "<ul><li>This is a computed prediction for planning and teaching. It is not a medical device and no "
+      "substitute for a "
       "surgeon's judgement.</li>"
-      "<li>Published methods of this kind differ from operated patients by 0.6 mm in the median and 1.5 to 1.7 mm at the 90th "
+      "<li>Published methods of this kind differ from operated patients by 0.6 mm in the median and 1.5 to "
+      "1.7 mm at the 90th "
       "percentile (Mollemans et al. 2007); lips are the least certain part.</li>"
-      "<li>Lips and cheeks are free of the teeth but do not yet press on them; swelling, scars, muscle tone and later "
+      "<li>Lips and cheeks are free of the teeth but do not yet press on them; swelling, scars, muscle tone "
+      "and later "
       "adaptation are not modelled.</li>"
       "<li>Tissue stiffness is taken from the literature, not measured on this patient.</li>";
   if (results.patient.head().open_below) {
-    out += "<li>The scan cuts the head at its lower end: what lies near that edge is not held and is less certain.</li>";
+    out +=
+        "<li>The scan cuts the head at its lower end: what lies near that edge is not held and is less "
+        "certain.</li>";
   }
   return out + "</ul>\n";
 }
@@ -160,18 +181,22 @@ std::string details(const CaseResults& results, const Context& context) {
   for (const Notice& n : context.notices()) out += "<li>" + escape(n.text) + "</li>";
   out += "</ul>";
   std::vector<std::vector<std::string>> rows;
-  for (const StageTime& t : context.stage_times()) rows.push_back({escape(t.stage), fmt::format("{:.2f}", t.seconds)});
-  return out + html::table({"Step", "seconds"}, rows) + "<pre>" + escape(result_json(results, context)) + "</pre></details>\n";
+  for (const StageTime& t : context.stage_times())
+    rows.push_back({escape(t.stage), fmt::format("{:.2f}", t.seconds)});
+  return out + html::table({"Step", "seconds"}, rows) + "<pre>" + escape(result_json(results, context)) +
+         "</pre></details>\n";
 }
 
 }  // namespace
 
-std::string report_html(const CaseResults& results, const std::vector<Picture>& pictures, const Context& context) {
+std::string report_html(const CaseResults& results, const std::vector<Picture>& pictures,
+                        const Context& context) {
   std::string page = std::string(report_head) + head(results);
   if (!results.predictions.empty()) {
     page += summary(results);
-    page += section("Before and after", "<div class=\"row\">" + wipe(pictures, "front") + wipe(pictures, "profile") +
-                                            "</div>\n" + group(pictures, "superimposed"));
+    page += section("Before and after", "<div class=\"row\">" + wipe(pictures, "front") +
+                                            wipe(pictures, "profile") + "</div>\n" +
+                                            group(pictures, "superimposed"));
     page += section("How far the skin moves", group(pictures, "displacement"));
     page += section("The plan", plan(results) + group(pictures, "bones_after"));
     page += section("Against published experience", bands(results));

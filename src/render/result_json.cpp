@@ -10,7 +10,9 @@ namespace {
 // Keys stay in the order they are written, so that a person finds them.
 using Json = nlohmann::ordered_json;
 
-Json triple(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+Json triple(const Vec3& v) {
+  return Json::array({v.x, v.y, v.z});
+}
 
 Json scan_json(const PatientCase& patient) {
   const Grid& grid = patient.scan_grid();
@@ -78,11 +80,15 @@ Json parameters_json(const CaseResults& results) {
           {"release_near_teeth_mm", o.tissue.release_near_teeth_mm},
           {"young_mpa", o.material.young_mpa},
           {"poisson", o.material.poisson},
-          {"chain", {{"alpha", s.chain.alpha}, {"beta", s.chain.beta}, {"max_stretch", s.chain.max_stretch},
-                     {"max_compression", s.chain.max_compression}}},
-          {"equilibrium", {{"relative_residual", s.equilibrium.relative_residual},
-                           {"max_newton_steps", s.equilibrium.max_newton_steps},
-                           {"load_steps", s.equilibrium.load_steps}}}};
+          {"chain",
+           {{"alpha", s.chain.alpha},
+            {"beta", s.chain.beta},
+            {"max_stretch", s.chain.max_stretch},
+            {"max_compression", s.chain.max_compression}}},
+          {"equilibrium",
+           {{"relative_residual", s.equilibrium.relative_residual},
+            {"max_newton_steps", s.equilibrium.max_newton_steps},
+            {"load_steps", s.equilibrium.load_steps}}}};
 }
 
 Json bones_json(const BonePlan& plan) {
@@ -90,9 +96,12 @@ Json bones_json(const BonePlan& plan) {
   for (const BoneSegment& s : plan.segments()) {
     Json rotation = Json::array();
     for (int row = 0; row < 3; ++row) {
-      rotation.push_back({s.motion.rotation.c[0][row], s.motion.rotation.c[1][row], s.motion.rotation.c[2][row]});
+      rotation.push_back(
+          {s.motion.rotation.c[0][row], s.motion.rotation.c[1][row], s.motion.rotation.c[2][row]});
     }
-    out.push_back({{"name", s.name}, {"triangles", s.surface.triangles.size()}, {"rotation_rows", rotation},
+    out.push_back({{"name", s.name},
+                   {"triangles", s.surface.triangles.size()},
+                   {"rotation_rows", rotation},
                    {"translation_mm", triple(s.motion.translation)}});
   }
   return out;
@@ -102,20 +111,32 @@ Json prediction_json(const PatientCase& patient, const Prediction& p) {
   Json landmarks = Json::object();
   for (const LandmarkShift& l : p.landmarks) {
     const Vec3 d = l.after - l.before;
-    landmarks[l.name] = {{"before_mm", triple(l.before)}, {"displacement_mm", triple(d)}, {"distance_mm", length(d)}};
+    landmarks[l.name] = {
+        {"before_mm", triple(l.before)}, {"displacement_mm", triple(d)}, {"distance_mm", length(d)}};
   }
   Json ratios = Json::array();
   for (const SoftToHard& r : p.ratios) {
-    ratios.push_back({{"soft", r.soft}, {"hard", r.hard}, {"soft_mm", r.soft_mm}, {"hard_mm", r.hard_mm},
+    ratios.push_back({{"soft", r.soft},
+                      {"hard", r.hard},
+                      {"soft_mm", r.soft_mm},
+                      {"hard_mm", r.hard_mm},
                       {"ratio", r.ratio()}});
   }
   Json bands = Json::array();
   for (const BandResult& b : judge(patient, p)) {
-    bands.push_back({{"operation", b.band->operation}, {"soft", b.band->soft}, {"relative_to", b.band->hard},
-                     {"ratio", b.ratio}, {"low", b.band->low}, {"high", b.band->high}, {"inside", b.inside()},
+    bands.push_back({{"operation", b.band->operation},
+                     {"soft", b.band->soft},
+                     {"relative_to", b.band->hard},
+                     {"ratio", b.ratio},
+                     {"low", b.band->low},
+                     {"high", b.band->high},
+                     {"inside", b.inside()},
                      {"source", b.band->source}});
   }
-  Json out{{"solver", name_of(p.solver)}, {"points", p.points}, {"springs", p.springs}, {"volume_elements", p.volumes}};
+  Json out{{"solver", name_of(p.solver)},
+           {"points", p.points},
+           {"springs", p.springs},
+           {"volume_elements", p.volumes}};
   if (p.solver == Solver::network) {
     out["newton_steps"] = p.equilibrium.newton_steps;
     out["linear_iterations"] = p.equilibrium.linear_iterations;
@@ -136,8 +157,11 @@ Json distances_json(const CaseResults& results) {
   for (std::size_t i = 1; i < results.predictions.size(); ++i) {
     const Prediction &a = results.predictions[0], &b = results.predictions[i];
     const SkinDistance d = compare(a, b);
-    out.push_back({{"between", {name_of(a.solver), name_of(b.solver)}}, {"mean_mm", d.mean},
-                   {"percentile_95_mm", d.percentile_95}, {"greatest_mm", d.greatest}, {"points", d.points}});
+    out.push_back({{"between", {name_of(a.solver), name_of(b.solver)}},
+                   {"mean_mm", d.mean},
+                   {"percentile_95_mm", d.percentile_95},
+                   {"greatest_mm", d.greatest},
+                   {"points", d.points}});
   }
   return out;
 }
@@ -164,7 +188,8 @@ std::string result_json(const CaseResults& results, const Context& context) {
   out["tissue"] = tissue_json(results.patient.tissue());
   out["bones"] = bones_json(results.patient.bones());
   out["predictions"] = Json::array();
-  for (const Prediction& p : results.predictions) out["predictions"].push_back(prediction_json(results.patient, p));
+  for (const Prediction& p : results.predictions)
+    out["predictions"].push_back(prediction_json(results.patient, p));
   out["distances_between_solvers"] = distances_json(results);
   out["notices"] = Json::array();
   for (const Notice& n : context.notices()) out["notices"].push_back(n.text);

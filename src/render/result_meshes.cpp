@@ -4,11 +4,13 @@
 namespace turgor {
 namespace {
 
-constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
 constexpr Vec3f skin_colour{0.62f, 0.36f, 0.26f}, bone_colour{0.78f, 0.70f, 0.55f};
 
-Result<void> write_surface(const std::filesystem::path& stem, const TriMesh& mesh, const std::vector<MeshField>& fields,
-                           const Vec3f& colour) {
+Result<void> write_surface(const std::filesystem::path& stem, const TriMesh& mesh,
+                           const std::vector<MeshField>& fields, const Vec3f& colour) {
   TURGOR_CHECK(write_ply(stem.string() + ".ply", mesh, fields));
   TURGOR_CHECK(write_vtp(stem.string() + ".vtp", mesh, fields));
   return write_glb(stem.string() + ".glb", {{stem.filename().string(), &mesh, colour, 0.5f, {}}});
@@ -32,7 +34,8 @@ CellMesh prisms(const LayeredTissue& tissue) {
 
 std::vector<MeshField> tissue_point_fields(const CaseResults& results) {
   const LayeredTissue& tissue = results.patient.tissue();
-  MeshField thickness{"thickness_mm", 1, {}}, attached{"attached", 1, {}}, fixed{"fixed", 1, {}}, end{"bone", 1, {}};
+  MeshField thickness{"thickness_mm", 1, {}}, attached{"attached", 1, {}}, fixed{"fixed", 1, {}},
+      end{"bone", 1, {}};
   for (int s = 0; s < tissue.sheets; ++s) {
     for (int c = 0; c < tissue.columns(); ++c) {
       const bool inner = s == tissue.sheets - 1;
@@ -70,14 +73,16 @@ Result<void> write_meshes(const CaseResults& results, const std::filesystem::pat
   for (std::size_t i = 0; i < results.predictions.size(); ++i) {
     const Prediction& p = results.predictions[i];
     const std::string name = i == 0 ? "skin_after" : "skin_after_" + std::string(name_of(p.solver));
-    TURGOR_CHECK(write_surface(folder / name, p.skin, {{"displacement_mm", 1, p.displacement_mm}}, skin_colour));
+    TURGOR_CHECK(
+        write_surface(folder / name, p.skin, {{"displacement_mm", 1, p.displacement_mm}}, skin_colour));
   }
   for (const BoneSegment& s : patient.bones().segments()) {
     if (s.surface.empty()) continue;
     const TriMesh after = transformed(s.surface, s.motion);
     TURGOR_CHECK(write_ply(folder / ("bone_before_" + s.name + ".ply"), s.surface));
     TURGOR_CHECK(write_ply(folder / ("bone_after_" + s.name + ".ply"), after));
-    TURGOR_CHECK(write_glb(folder / ("bone_after_" + s.name + ".glb"), {{s.name, &after, bone_colour, 0.6f, {}}}));
+    TURGOR_CHECK(
+        write_glb(folder / ("bone_after_" + s.name + ".glb"), {{s.name, &after, bone_colour, 0.6f, {}}}));
   }
   return write_vtu(folder / "tissue.vtu", prisms(patient.tissue()), tissue_point_fields(results),
                    {layer_field(patient.tissue())});

@@ -7,7 +7,8 @@
 
 namespace turgor {
 
-Result<void> write_results(const CaseResults& results, const std::filesystem::path& folder, Context& context) {
+Result<void> write_results(const CaseResults& results, const std::filesystem::path& folder,
+                           Context& context) {
   const PictureOptions options;
   std::vector<Picture> pictures;
   if (!results.predictions.empty()) {
@@ -20,7 +21,8 @@ Result<void> write_results(const CaseResults& results, const std::filesystem::pa
   TURGOR_CHECK(write_meshes(results, folder));
   std::error_code code;
   if (std::filesystem::create_directory(folder / "pictures", code); code) {
-    return Error{ErrorKind::system, "the folder cannot be made", (folder / "pictures").string(), "Check its permissions"};
+    return Error{ErrorKind::system, "the folder cannot be made", (folder / "pictures").string(),
+                 "Check its permissions"};
   }
   for (const Picture& picture : pictures) {
     TURGOR_CHECK(context.check());

@@ -13,10 +13,12 @@ std::string known_names(const std::vector<BoneSegment>& segments) {
   return names;
 }
 
-Plane opposite(const Plane& plane) { return {-plane.normal, -plane.offset}; }
+Plane opposite(const Plane& plane) {
+  return {-plane.normal, -plane.offset};
+}
 
-// Splits a surface into the part inside a convex region and the rest: what lies behind the first plane, then what of
-// the remainder lies behind the second, and so on.
+// Splits a surface into the part inside a convex region and the rest: what lies behind the first plane, then
+// what of the remainder lies behind the second, and so on.
 void split(const TriMesh& surface, const CutRegion& region, TriMesh& inside, TriMesh& rest) {
   inside = surface;
   rest = {};
@@ -28,7 +30,9 @@ void split(const TriMesh& surface, const CutRegion& region, TriMesh& inside, Tri
 
 }  // namespace
 
-std::string_view name_of(Bone bone) { return bone == Bone::skull ? "skull" : "mandible"; }
+std::string_view name_of(Bone bone) {
+  return bone == Bone::skull ? "skull" : "mandible";
+}
 
 void CutRegion::add_box(const Box3& box) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -68,15 +72,16 @@ Result<void> BonePlan::osteotomy(const std::string& name, std::string_view of, c
                  "Name one of: " + known_names(segments_)};
   }
   if (find(name) >= 0) {
-    return Error{ErrorKind::bad_command, "the name '" + name + "' is taken", "", "Choose another name for the segment"};
+    return Error{ErrorKind::bad_command, "the name '" + name + "' is taken", "",
+                 "Choose another name for the segment"};
   }
   BoneSegment& whole = segments_[static_cast<std::size_t>(parent)];
   BoneSegment part{name, whole.bone, parent, region, {}, whole.motion};
   TriMesh rest;
   split(whole.surface, region, part.surface, rest);
   if (part.surface.empty() || region.planes.empty()) {
-    return Error{ErrorKind::bad_command, "the planes of '" + name + "' miss the bone '" + whole.name + "'", "",
-                 "Move the planes, or turn their normals towards the part to be cut free"};
+    return Error{ErrorKind::bad_command, "the planes of '" + name + "' miss the bone '" + whole.name + "'",
+                 "", "Move the planes, or turn their normals towards the part to be cut free"};
   }
   if (rest.empty()) {
     return Error{ErrorKind::bad_command,

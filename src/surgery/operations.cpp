@@ -20,7 +20,8 @@ class Needs {
   }
   [[nodiscard]] Result<void> check(const std::string& operation) const {
     if (missing_.empty()) return {};
-    return Error{ErrorKind::bad_command, operation + " needs the landmark '" + missing_ + "', which the scan does not show", "",
+    return Error{ErrorKind::bad_command,
+                 operation + " needs the landmark '" + missing_ + "', which the scan does not show", "",
                  "Set it with: landmark " + missing_ + " X Y Z"};
   }
 
@@ -47,8 +48,8 @@ Result<void> cut_and_move(BonePlan& plan, const std::string& name, int of, const
 
 // The teeth of one jaw and side, as far as the head shows them.
 struct ToothRow {
-  double back_y = -1e9;   // of the last tooth
-  double reach_x = 0;     // greatest distance from the midline
+  double back_y = -1e9;  // of the last tooth
+  double reach_x = 0;    // greatest distance from the midline
   std::optional<Vec3> last;
 };
 
@@ -68,10 +69,12 @@ ToothRow tooth_row(const Patient& patient, bool upper) {
 }
 
 // Plane through `point` whose positive side lies towards `direction`.
-Plane side_of(const Vec3& point, const Vec3& direction) { return Plane::through(point, direction); }
+Plane side_of(const Vec3& point, const Vec3& direction) {
+  return Plane::through(point, direction);
+}
 
-// The plane behind the maxilla, at the pterygomaxillary junction: behind the last upper tooth, or at the usual depth
-// of the maxilla behind its front (about 50 mm in adults) where no teeth show.
+// The plane behind the maxilla, at the pterygomaxillary junction: behind the last upper tooth, or at the
+// usual depth of the maxilla behind its front (about 50 mm in adults) where no teeth show.
 Vec3 pterygomaxillary_point(const Patient& patient, const Vec3& front, const PatientAxes& axes) {
   const ToothRow row = tooth_row(patient, true);
   if (row.last) return *row.last - axes.forward * 6.0;
@@ -94,7 +97,8 @@ RigidTransform to_transform(const SegmentMove& move, const PatientAxes& axes, co
   const RigidTransform turn = RigidTransform::rotate_about(pivot, axes.up, move.yaw_rad) *
                               RigidTransform::rotate_about(pivot, axes.left, move.pitch_rad) *
                               RigidTransform::rotate_about(pivot, axes.forward, move.roll_rad);
-  return RigidTransform::translate(axes.forward * move.forward + axes.up * move.up + axes.left * move.left) * turn;
+  return RigidTransform::translate(axes.forward * move.forward + axes.up * move.up + axes.left * move.left) *
+         turn;
 }
 
 Result<void> sagittal_split(BonePlan& plan, const Patient& patient, double forward_mm) {
@@ -108,14 +112,19 @@ Result<void> sagittal_split(BonePlan& plan, const Patient& patient, double forwa
   CutRegion region;
   for (const Vec3& g : gonion) {
     const double body = dot(pogonion - g, axes.forward);
-    // The antegonial notch, and the top of the cut: behind the last tooth where teeth show.
-    const Vec3 notch = g + axes.forward * (0.35 * body);
-    const Vec3 above = row.last ? g + axes.forward * (dot(*row.last - g, axes.forward) - 4.0) +
-                                      axes.up * dot(*row.last - g, axes.up)
-                                : g + axes.forward * (0.45 * body) + axes.up * 30.0;
+    // Behind the last tooth where teeth show, at the height of their roots' ends; else at the usual place.
+    double behind_teeth = 0.45 * body, height = 30.0;
+    if (row.last) {
+      behind_teeth = std::clamp(dot(*row.last - g, axes.forward) - 4.0, 0.25 * body, 0.6 * body);
+      height = dot(*row.last - g, axes.up);
+    }
+    const Vec3 notch = g + axes.forward * std::min(0.35 * body, behind_teeth);
+    const Vec3 above = g + axes.forward * behind_teeth + axes.up * height;
     Vec3 normal = cross(axes.left, above - notch);
     if (dot(normal, axes.forward) < 0) normal = -normal;
     region.planes.push_back(side_of(notch, normal));
+    // Ramus, coronoid and condyle lie above.
+    region.planes.push_back(side_of(above + axes.up * 12.0, -axes.up));
   }
   const int whole = plan.segment_at(Bone::mandible, pogonion);
   return cut_and_move(plan, "distal", whole, region, RigidTransform::translate(axes.forward * forward_mm));
@@ -127,7 +136,8 @@ Result<void> genioplasty(BonePlan& plan, const Patient& patient, const SegmentMo
   const Vec3 pogonion = need("pogonion"), menton = need("menton"), b = need("b_point");
   TURGOR_CHECK(need.check("a genioplasty"));
   const PatientAxes axes = patient_axes(patient.head);
-  // Enters between the deepest point of the chin's front and its most prominent one, slopes 12° down to the back.
+  // Enters between the deepest point of the chin's front and its most prominent one, slopes 12° down to the
+  // back.
   const Vec3 entry = lerp(pogonion, b, 0.5);
   const Vec3 slope = rotation(axes.left, radians(12.0)) * -axes.forward;
   Vec3 normal = cross(axes.left, slope);
@@ -151,7 +161,8 @@ Result<void> le_fort_1(BonePlan& plan, const Patient& patient, const SegmentMove
   const Vec3 middle = ans - patient.head.midsagittal.normal * patient.head.midsagittal.signed_distance(ans);
   region.planes.push_back(side_of(middle + axes.left * half_width, -axes.left));
   region.planes.push_back(side_of(middle - axes.left * half_width, axes.left));
-  return cut_and_move(plan, "maxilla", plan.segment_at(Bone::skull, ans), region, to_transform(move, axes, ans));
+  return cut_and_move(plan, "maxilla", plan.segment_at(Bone::skull, ans), region,
+                      to_transform(move, axes, ans));
 }
 
 Result<void> le_fort_2(BonePlan& plan, const Patient& patient, const SegmentMove& move) {
@@ -166,12 +177,14 @@ Result<void> le_fort_2(BonePlan& plan, const Patient& patient, const SegmentMove
   for (const Vec3& o : orbitale) {
     // From the side of the nasal root through the infraorbital rim to the zygomaticomaxillary buttress.
     const double side = dot(o - ans, axes.left) > 0 ? 1.0 : -1.0;
-    const Vec3 root = nasion + axes.left * (side * 10.0), buttress = o + axes.left * (side * 6.0) - axes.up * 14.0;
+    const Vec3 root = nasion + axes.left * (side * 10.0),
+               buttress = o + axes.left * (side * 6.0) - axes.up * 14.0;
     Vec3 normal = cross(buttress - root, axes.forward);
     if (dot(normal, ans - root) < 0) normal = -normal;
     region.planes.push_back(side_of(root, normal));
   }
-  return cut_and_move(plan, "midface_2", plan.segment_at(Bone::skull, ans), region, to_transform(move, axes, ans));
+  return cut_and_move(plan, "midface_2", plan.segment_at(Bone::skull, ans), region,
+                      to_transform(move, axes, ans));
 }
 
 Result<void> le_fort_3(BonePlan& plan, const Patient& patient, const SegmentMove& move) {
@@ -182,8 +195,10 @@ Result<void> le_fort_3(BonePlan& plan, const Patient& patient, const SegmentMove
   const PatientAxes axes = patient_axes(patient.head);
   CutRegion region;
   // Behind the lateral orbital rims and through the arches, 30 mm behind the lower rims.
-  region.planes = {side_of(nasion - axes.up * 2.0, -axes.up), side_of((left + right) * 0.5 - axes.forward * 30.0, axes.forward)};
-  return cut_and_move(plan, "midface_3", plan.segment_at(Bone::skull, ans), region, to_transform(move, axes, ans));
+  region.planes = {side_of(nasion - axes.up * 2.0, -axes.up),
+                   side_of((left + right) * 0.5 - axes.forward * 30.0, axes.forward)};
+  return cut_and_move(plan, "midface_3", plan.segment_at(Bone::skull, ans), region,
+                      to_transform(move, axes, ans));
 }
 
 Result<void> zygoma(BonePlan& plan, const Patient& patient, Side side, const SegmentMove& move) {
@@ -195,8 +210,7 @@ Result<void> zygoma(BonePlan& plan, const Patient& patient, Side side, const Seg
   const Vec3 outwards = side == Side::left ? axes.left : -axes.left;
   CutRegion region;
   region.planes = {side_of(orbitale, normalized(outwards - axes.up * 0.3)),
-                   side_of(orbitale + axes.up * 28.0, -axes.up),
-                   side_of(orbitale - axes.up * 30.0, axes.up),
+                   side_of(orbitale + axes.up * 28.0, -axes.up), side_of(orbitale - axes.up * 30.0, axes.up),
                    side_of(lerp(orbitale, zygion, 0.8), axes.forward)};
   SegmentMove mirrored = move;
   if (side == Side::right) mirrored.left = -move.left;

@@ -9,13 +9,18 @@ Error broken(std::string what, std::string remedy) {
   return {ErrorKind::bad_input, std::move(what), "spring network", std::move(remedy)};
 }
 
-bool at_least_zero(double x) { return std::isfinite(x) && x >= 0; }
-bool above_zero(double x) { return std::isfinite(x) && x > 0; }
+bool at_least_zero(double x) {
+  return std::isfinite(x) && x >= 0;
+}
+bool above_zero(double x) {
+  return std::isfinite(x) && x > 0;
+}
 
 Result<void> check_points(const SpringNetwork& network) {
   if (network.mass_g.size() != network.rest.size()) {
-    return broken(fmt::format("there are {} points but {} masses", network.rest.size(), network.mass_g.size()),
-                  "Give each point one mass");
+    return broken(
+        fmt::format("there are {} points but {} masses", network.rest.size(), network.mass_g.size()),
+        "Give each point one mass");
   }
   for (std::size_t i = 0; i < network.rest.size(); ++i) {
     if (!is_within_reach(network.rest[i])) {

@@ -38,10 +38,10 @@ Line line_of_force(const Vec3& a, const Vec3& b) {
 }
 
 template <SpringLaw law>
-SpringStiffness spring_stiffness(const Line& line, double rest, double k, Convexity convexity) {
+SpringStiffness spring_stiffness(const Line& line, double rest, double k, double projection) {
   const TensionSlope t = law_tension<law>(line.length, rest);
   const double transverse = line.length > 0 ? k * t.tension / line.length : 0.0;
-  return {line.direction, k * t.slope, convexity == Convexity::projected ? std::max(transverse, 0.0) : transverse};
+  return {line.direction, k * t.slope, transverse < 0 ? transverse * (1 - projection) : transverse};
 }
 
 std::array<Vec3, 4> volume_gradient(const Vec3& e1, const Vec3& e2, const Vec3& e3) {
@@ -57,7 +57,9 @@ Vec3 opposite_edge(const Vec3 edge[3], int a, int b) {
   return -edge[0];
 }
 
-Mat3 outer(const Vec3& a, const Vec3& b) { return Mat3{{a * b.x, a * b.y, a * b.z}}; }
+Mat3 outer(const Vec3& a, const Vec3& b) {
+  return Mat3{{a * b.x, a * b.y, a * b.z}};
+}
 
 void add(Mat3& m, const Mat3& n) {
   for (std::size_t j = 0; j < 3; ++j) m.c[j] += n.c[j];
@@ -122,7 +124,8 @@ double NetworkEnergy::volume_forces(const Range& range, std::span<const Vec3> po
   for (int i = range.begin; i < range.end; ++i) {
     const Corners& c = corners_[i];
     const Vec3& origin = positions[c.p[0]];
-    const Vec3 e1 = positions[c.p[1]] - origin, e2 = positions[c.p[2]] - origin, e3 = positions[c.p[3]] - origin;
+    const Vec3 e1 = positions[c.p[1]] - origin, e2 = positions[c.p[2]] - origin,
+               e3 = positions[c.p[3]] - origin;
     const std::array<Vec3, 4> g = volume_gradient(e1, e2, e3);
     const VolumeResponse r = respond(materials_[i], dot(e1, g[1]));
     energy += r.energy;
@@ -143,7 +146,8 @@ double NetworkEnergy::value(std::span<const Vec3> positions) const {
       std::plus<>());
 }
 
-double NetworkEnergy::forces(std::span<const Vec3> positions, std::span<Vec3> forces, Workspace& workspace) const {
+double NetworkEnergy::forces(std::span<const Vec3> positions, std::span<Vec3> forces,
+                             Workspace& workspace) const {
   workspace.spring_force.resize(ends_.size());
   workspace.volume_force.resize(4 * corners_.size());
   const double energy = parallel_reduce<double>(
@@ -175,9 +179,9 @@ void NetworkEnergy::gather(const Workspace& workspace, std::span<Vec3> forces) c
   });
 }
 
-void NetworkEnergy::linearise(std::span<const Vec3> positions, Convexity convexity,
+void NetworkEnergy::linearise(std::span<const Vec3> positions, double projection,
                               ElementStiffness& stiffness) const {
-  stiffness.convexity = convexity;
+  stiffness.projection = projection;
   stiffness.springs.resize(ends_.size());
   stiffness.volumes.resize(corners_.size());
   parallel_for(ranges_.size(), 1, [&](std::size_t r, std::size_t) {
@@ -198,27 +202,27 @@ void NetworkEnergy::linearise(std::span<const Vec3> positions, Convexity convexi
     with_law(range.law, [&]<SpringLaw law>() {
       for (int i = range.begin; i < range.end; ++i) {
         const Line line = line_of_force(positions[ends_[i].a], positions[ends_[i].b]);
-        stiffness.springs[i] = spring_stiffness<law>(line, rest_length_[i], stiffness_[i], convexity);
+        stiffness.springs[i] = spring_stiffness<law>(line, rest_length_[i], stiffness_[i], projection);
       }
     });
   });
 }
 
-Mat3 volume_block(const VolumeStiffness& v, int a, int b, Convexity convexity) {
+Mat3 volume_block(const VolumeStiffness& v, int a, int b, double projection) {
   Mat3 block = outer(v.gradient[a] * v.bulk, v.gradient[b]);
   if (v.stress == 0.0) return block;
-  const bool projected = convexity == Convexity::projected;
   if (a != b) {
-    const Vec3 w = opposite_edge(v.edge, a, b) * ((projected ? 0.5 : 1.0) * v.stress / 6.0);
+    const Vec3 w = opposite_edge(v.edge, a, b) * ((1 - 0.5 * projection) * v.stress / 6.0);
     add(block, Mat3{{Vec3{0, w.z, -w.y}, Vec3{-w.z, 0, w.x}, Vec3{w.y, -w.x, 0}}});  // [w]×
     return block;
   }
-  if (!projected) return block;
-  // The nearest semi-definite matrix to (0 B; Bᵀ 0) is ½ (√(BBᵀ) B; Bᵀ √(BᵀB)), and √([w]× [w]×ᵀ) = |w| − w wᵀ/|w|.
+  if (projection == 0.0) return block;
+  // The nearest semi-definite matrix to (0 B; Bᵀ 0) is ½ (√(BBᵀ) B; Bᵀ √(BᵀB)), and √([w]× [w]×ᵀ) = |w| − w
+  // wᵀ/|w|.
   for (int other = 0; other < 4; ++other) {
     if (other == a) continue;
     const Vec3 w = opposite_edge(v.edge, a, other);
-    const double l = length(w), half = 0.5 * std::abs(v.stress) / 6.0;
+    const double l = length(w), half = 0.5 * projection * std::abs(v.stress) / 6.0;
     if (!(l > 0)) continue;
     add(block, outer(w * (-half / l), w));
     for (int k = 0; k < 3; ++k) block.c[static_cast<std::size_t>(k)][k] += half * l;
@@ -237,14 +241,15 @@ void NetworkEnergy::multiply(const ElementStiffness& stiffness, std::span<const 
         for (int a = 0; a < 4; ++a) {
           Vec3 sum;
           for (int b = 0; b < 4; ++b) {
-            sum += volume_block(stiffness.volumes[i], a, b, stiffness.convexity) * v[corners_[i].p[b]];
+            sum += volume_block(stiffness.volumes[i], a, b, stiffness.projection) * v[corners_[i].p[b]];
           }
           workspace.volume_force[4 * i + a] = sum;
         }
       } else {
         const SpringStiffness& s = stiffness.springs[i];
         const Vec3 d = v[ends_[i].a] - v[ends_[i].b];
-        workspace.spring_force[i] = d * s.transverse + s.direction * ((s.axial - s.transverse) * dot(s.direction, d));
+        workspace.spring_force[i] =
+            d * s.transverse + s.direction * ((s.axial - s.transverse) * dot(s.direction, d));
       }
     }
   });

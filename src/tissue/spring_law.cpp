@@ -20,7 +20,9 @@ double artanh_tail(double z) {
   return sum;
 }
 
-double half_logarithmic(double s) { return s / (2.0 + s); }
+double half_logarithmic(double s) {
+  return s / (2.0 + s);
+}
 
 // Nodes and weights of the Gauss-Legendre rule of twelve points on [-1, 1], the positive half.
 constexpr std::array<double, 6> kNodes = {0.1252334085114689, 0.3678314989981802, 0.5873179542866175,
@@ -77,8 +79,9 @@ double compression_integral<SpringLaw::square>(double s) {  // s − 2 ln(1 + s)
   return 4 * z * z * z * (1 / (1 - z * z) - artanh_tail(z));
 }
 
-// In closed form (Ei(1 + s) − Ei(1))/e − (e^s − 1)/(1 + s), which cancels near zero and needs the exponential integral.
-// The integrand is positive and analytic up to σ = −1, so twelve Gauss points per unit of strain are exact to round-off.
+// In closed form (Ei(1 + s) − Ei(1))/e − (e^s − 1)/(1 + s), which cancels near zero and needs the exponential
+// integral. The integrand is positive and analytic up to σ = −1, so twelve Gauss points per unit of strain
+// are exact to round-off.
 template <>
 double compression_integral<SpringLaw::exponential>(double s) {
   const int panels = static_cast<int>(std::ceil(s));

@@ -1,4 +1,5 @@
-// The four laws of Pieper (1989, section 3.2.1) as functions of strain, and the integrals that make them energies.
+// The four laws of Pieper (1989, section 3.2.1) as functions of strain, and the integrals that make them
+// energies.
 #pragma once
 
 #include <cmath>
@@ -29,11 +30,13 @@ double law_slope(double s) {
 template <SpringLaw law>
 double stretch_integral(double s);
 
-/// ∫₀ˢ f(σ)/(1 + σ)² dσ: the energy of a compressed spring over k L0, with L = L0/(1 + σ), dL = −L0 dσ/(1 + σ)².
+/// ∫₀ˢ f(σ)/(1 + σ)² dσ: the energy of a compressed spring over k L0, with L = L0/(1 + σ), dL = −L0 dσ/(1 +
+/// σ)².
 template <SpringLaw law>
 double compression_integral(double s);
 
-/// Tension and dT/dL of the law with stiffness 1 at the length L, without branches so that loops over it vectorise.
+/// Tension and dT/dL of the law with stiffness 1 at the length L, without branches so that loops over it
+/// vectorise.
 struct TensionSlope {
   double tension, slope;
 };

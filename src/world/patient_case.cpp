@@ -8,7 +8,8 @@ namespace {
 Result<void> correct_landmarks(const CaseOptions& options, Landmarks& landmarks) {
   for (const auto& [name, point] : options.landmark_corrections) {
     if (find_landmark_kind(name) == nullptr) {
-      return Error{ErrorKind::bad_command, "there is no landmark '" + name + "'", "", "See: turgor help landmark"};
+      return Error{ErrorKind::bad_command, "there is no landmark '" + name + "'", "",
+                   "See: turgor help landmark"};
     }
     landmarks[name] = {point, true};
   }
@@ -20,7 +21,8 @@ Result<void> correct_landmarks(const CaseOptions& options, Landmarks& landmarks)
 PatientCase::PatientCase(Scan&& scan, Head&& head)
     : scan_info_(std::move(scan.info)), scan_grid_(scan.hu.grid), head_(std::move(head)), bones_(head_) {}
 
-Result<PatientCase> PatientCase::open(const std::filesystem::path& path, const CaseOptions& options, Context& context) {
+Result<PatientCase> PatientCase::open(const std::filesystem::path& path, const CaseOptions& options,
+                                      Context& context) {
   TURGOR_TRY(Scan scan, read_scan(path, options.scan, context));
   TURGOR_TRY(Head head, build_head(scan, options.head, context));
   if (options.midsagittal) head.midsagittal = *options.midsagittal;

@@ -32,8 +32,9 @@ std::string_view operation_of(const PatientCase& patient) {
     moved = &s;
   }
   if (moved == nullptr) return {};
-  const double forward = dot(moved->motion.point(moved->surface.points.front()) - moved->surface.points.front(),
-                             patient_axes(patient.head()).forward);
+  const double forward =
+      dot(moved->motion.point(moved->surface.points.front()) - moved->surface.points.front(),
+          patient_axes(patient.head()).forward);
   if (moved->name == "distal") return forward < 0 ? setback : advancement;
   if (moved->name == "maxilla" && forward > 0) return maxilla_forward;
   if (moved->name == "chin" && forward > 0) return chin_forward;
@@ -48,13 +49,15 @@ const std::vector<ReferenceBand>& reference_bands() {
   static const std::vector<ReferenceBand> bands{
       {setback, "distal", "soft_pogonion", "pogonion", 0.85, 1.15, ejo},
       {setback, "distal", "soft_b_point", "b_point", 0.85, 1.15, ejo},
-      {setback, "distal", "labrale_inferius", "pogonion", 0.50, 0.85, "0.66, PMC6173856; 1.0, Angle Orthod 80:896"},
+      {setback, "distal", "labrale_inferius", "pogonion", 0.50, 0.85,
+       "0.66, PMC6173856; 1.0, Angle Orthod 80:896"},
       {setback, "distal", "cheilion_left", "pogonion", 0.35, 0.65, angle},
       {setback, "distal", "cheilion_right", "pogonion", 0.35, 0.65, angle},
       {setback, "distal", "labrale_superius", "pogonion", 0.0, 0.25, angle},
       {advancement, "distal", "soft_pogonion", "pogonion", 0.85, 1.15, ejo},
       {advancement, "distal", "labrale_inferius", "pogonion", 0.50, 0.85, "0.66, PMC6173856"},
-      {maxilla_forward, "maxilla", "labrale_superius", "ans", 0.20, 0.70, "0.21, PMC6173856; up to 0.7 in other series"},
+      {maxilla_forward, "maxilla", "labrale_superius", "ans", 0.20, 0.70,
+       "0.21, PMC6173856; up to 0.7 in other series"},
       {maxilla_forward, "maxilla", "pronasale", "ans", 0.10, 0.35, "0.17, PMC6173856"},
       {chin_forward, "chin", "soft_pogonion", "pogonion", 0.85, 1.15, "1.05, 75 patients"},
   };

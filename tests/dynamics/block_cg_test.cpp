@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "dynamics/lanes.hpp"
+#include "dynamics/point_clusters.hpp"
 #include "support/layered_slab.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"
@@ -19,28 +20,32 @@ namespace {
 struct System {
   NetworkEnergy energy;
   StiffnessMatrix matrix;
+  std::vector<int> clusters;
   std::vector<Vec3> b;
 };
 
-System make_system(Convexity convexity, double amplitude_mm) {
+System make_system(double projection, double amplitude_mm) {
   support::SlabOptions options;
   options.nx = 24;
   options.ny = 40;
   options.volumes = true;
   const support::Slab slab = support::make_slab(options);
   NetworkEnergy energy = *NetworkEnergy::prepare(slab.network);
-  std::vector<int> unknowns;
-  for (int i = slab.columns; i < energy.point_count(); ++i) unknowns.push_back(i);
-  StiffnessMatrix matrix(energy, unknowns);
+  PrescribedMotion motion;
+  for (int c = 0; c < slab.columns; ++c) motion.fixed.push_back(c);
+  PointClusters free = cluster_free_points(slab.network, energy, motion, BlockCg::kClusterPoints);
+  StiffnessMatrix matrix(energy, free.points);
   const RandomStream random(2);
-  std::vector<Vec3> x = slab.network.rest, b(unknowns.size());
-  const auto vector = [&](std::size_t i) { return Vec3{random.normal(3 * i), random.normal(3 * i + 1), random.normal(3 * i + 2)}; };
+  std::vector<Vec3> x = slab.network.rest, b(free.points.size());
+  const auto vector = [&](std::size_t i) {
+    return Vec3{random.normal(3 * i), random.normal(3 * i + 1), random.normal(3 * i + 2)};
+  };
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += vector(i) * amplitude_mm;
   for (std::size_t i = 0; i < b.size(); ++i) b[i] = vector(i + 100'000);
   ElementStiffness k;
-  energy.linearise(x, convexity, k);
+  energy.linearise(x, projection, k);
   matrix.assemble(energy, k);
-  return {std::move(energy), std::move(matrix), std::move(b)};
+  return {std::move(energy), std::move(matrix), std::move(free.offsets), std::move(b)};
 }
 
 Eigen::SparseMatrix<double> sparse(const StiffnessMatrix& matrix) {
@@ -49,7 +54,8 @@ Eigen::SparseMatrix<double> sparse(const StiffnessMatrix& matrix) {
     for (int k = matrix.offsets()[i]; k < matrix.offsets()[i + 1]; ++k) {
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) {
-          entries.emplace_back(3 * i + r, 3 * matrix.columns()[k] + c, matrix.blocks()[k].c[static_cast<std::size_t>(c)][r]);
+          entries.emplace_back(3 * i + r, 3 * matrix.columns()[k] + c,
+                               matrix.blocks()[k].c[static_cast<std::size_t>(c)][r]);
         }
       }
     }
@@ -60,8 +66,8 @@ Eigen::SparseMatrix<double> sparse(const StiffnessMatrix& matrix) {
 }
 
 TEST(BlockCg, AgreesWithASparseDirectSolver) {
-  const System s = make_system(Convexity::projected, 0.3);
-  BlockCg cg(s.matrix);
+  const System s = make_system(1.0, 0.3);
+  BlockCg cg(s.matrix, s.clusters);
   ASSERT_TRUE(cg.factor(s.matrix, 0));
   std::vector<Vec3> x(s.b.size());
   Context context;
@@ -81,13 +87,13 @@ TEST(BlockCg, AgreesWithASparseDirectSolver) {
       largest = std::max(largest, std::abs(x[i][k] - expected[at]));
     }
   }
-  // The singular-block shift of 1e-9 of the diagonal bounds the agreement.
-  EXPECT_LT(largest, 1e-7 * expected.lpNorm<Eigen::Infinity>());
+  // Blocks in single precision and a millionth more stiffness on the diagonal bound the agreement.
+  EXPECT_LT(largest, 1e-4 * expected.lpNorm<Eigen::Infinity>());
 }
 
 TEST(BlockCg, DampingAddsToTheDiagonal) {
-  const System s = make_system(Convexity::projected, 0.1);
-  BlockCg cg(s.matrix);
+  const System s = make_system(1.0, 0.1);
+  BlockCg cg(s.matrix, s.clusters);
   std::vector<Vec3> x(s.b.size());
   Context context;
   double mean = 0;
@@ -101,8 +107,8 @@ TEST(BlockCg, DampingAddsToTheDiagonal) {
 }
 
 TEST(BlockCg, ReportsNegativeCurvatureAndStillDescends) {
-  const System s = make_system(Convexity::exact, 0.9);
-  BlockCg cg(s.matrix);
+  const System s = make_system(0.0, 0.9);
+  BlockCg cg(s.matrix, s.clusters);
   std::vector<Vec3> x(s.b.size());
   Context context;
   if (cg.factor(s.matrix, 0)) {
@@ -117,8 +123,8 @@ TEST(BlockCg, ReportsNegativeCurvatureAndStillDescends) {
 }
 
 TEST(BlockCg, StopsAtItsLimitAndOnRequest) {
-  const System s = make_system(Convexity::projected, 0.3);
-  BlockCg cg(s.matrix);
+  const System s = make_system(1.0, 0.3);
+  BlockCg cg(s.matrix, s.clusters);
   ASSERT_TRUE(cg.factor(s.matrix, 0));
   std::vector<Vec3> x(s.b.size());
   Context context;
@@ -130,10 +136,10 @@ TEST(BlockCg, StopsAtItsLimitAndOnRequest) {
 }
 
 TEST(BlockCg, HasTheSameBitsOnOneAndTwoThreads) {
-  const System s = make_system(Convexity::projected, 0.3);
+  const System s = make_system(1.0, 0.3);
   const auto run = [&](int threads) {
     set_thread_count(threads);
-    BlockCg cg(s.matrix);
+    BlockCg cg(s.matrix, s.clusters);
     EXPECT_TRUE(cg.factor(s.matrix, 0));
     std::vector<Vec3> x(s.b.size());
     Context context;

@@ -18,7 +18,8 @@ SpringNetwork network_of(std::vector<Vec3> points, std::vector<std::pair<int, in
   net.rest = std::move(points);
   net.mass_g.assign(net.rest.size(), 1);
   for (const auto& [a, b] : springs) {
-    net.springs.push_back({a, b, distance(net.rest[a], net.rest[b]), 1, SpringLaw::linear, SpringKind::membrane});
+    net.springs.push_back(
+        {a, b, distance(net.rest[a], net.rest[b]), 1, SpringLaw::linear, SpringKind::membrane});
   }
   return net;
 }
@@ -33,7 +34,8 @@ ChainParameters as_printed(double alpha, double beta, double limit) {
 }
 
 // The formula of section 3 as it is printed, for one spring: A moves to a, where does B go?
-Vec3 printed_formula(const Vec3& A, const Vec3& a, const Vec3& B, double r0, double alpha, const ChainParameters& p) {
+Vec3 printed_formula(const Vec3& A, const Vec3& a, const Vec3& B, double r0, double alpha,
+                     const ChainParameters& p) {
   const Vec3 u = B - A, v = B - a, w = u * alpha + v * (1 - alpha);
   const double d = length(w) - r0;
   const double limit = (d > 0 ? p.max_stretch : p.max_compression) * r0;
@@ -42,7 +44,8 @@ Vec3 printed_formula(const Vec3& A, const Vec3& a, const Vec3& B, double r0, dou
 }
 
 // The whole algorithm in the slow obvious way: sets of points, a map of sums, one step after the other.
-std::vector<Vec3> slow_chain(const SpringNetwork& net, const PrescribedMotion& motion, const ChainParameters& p) {
+std::vector<Vec3> slow_chain(const SpringNetwork& net, const PrescribedMotion& motion,
+                             const ChainParameters& p) {
   std::vector<Vec3> x = net.rest;
   std::vector<int> step(net.rest.size(), -1);
   for (std::size_t i = 0; i < motion.moved.size(); ++i) {
@@ -132,7 +135,8 @@ TEST(Chain, AgreesWithTheSlowObviousWayOnLayeredTissue) {
     for (const Vec3& shift : {Vec3{0, 0, -6}, Vec3{0, -6, 0}, Vec3{5, 1, -2}}) {
       const PrescribedMotion motion = third_of_the_bone(slab, shift);
       for (ChainParameters p : {as_printed(0.9, 1, 0.2), as_printed(0.3, 4, 0.1), ChainParameters{}}) {
-        const std::vector<Vec3> fast = solved(slab.network, motion, p), slow = slow_chain(slab.network, motion, p);
+        const std::vector<Vec3> fast = solved(slab.network, motion, p),
+                                slow = slow_chain(slab.network, motion, p);
         for (std::size_t i = 0; i < fast.size(); ++i) ASSERT_LT(distance(fast[i], slow[i]), 1e-11) << i;
       }
     }
@@ -144,7 +148,8 @@ TEST(Chain, RigidSpringsCarryEverythingAlong) {
   const PrescribedMotion motion{{5}, {slab.network.rest[5] + Vec3{3, -2, 1}}, {}};
   const std::vector<Vec3> x = solved(slab.network, motion, as_printed(1, 1, 0.2));
   // Bone points have no springs among themselves, so they too are reached, through the layers.
-  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_LT(distance(x[i], slab.network.rest[i] + Vec3{3, -2, 1}), 1e-10);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    EXPECT_LT(distance(x[i], slab.network.rest[i] + Vec3{3, -2, 1}), 1e-10);
 }
 
 TEST(Chain, DecaysByAlphaAcrossTheMotionWhereLengthsAreFree) {
@@ -168,7 +173,8 @@ TEST(Chain, LongSpringsLoseAtMostTheirLimitToLongitudinalMotion) {
     points.push_back({3.0 * i, 0, 0});
     if (i > 0) springs.emplace_back(i - 1, i);
   }
-  const std::vector<Vec3> x = solved(network_of(points, springs), {{0}, {{-6, 0, 0}}, {}}, as_printed(0, 5, 0.2));
+  const std::vector<Vec3> x =
+      solved(network_of(points, springs), {{0}, {{-6, 0, 0}}, {}}, as_printed(0, 5, 0.2));
   for (int i = 1; i < 30; ++i) {
     const double stretch = (x[i].x - x[i - 1].x) / 3.0;
     EXPECT_GE(stretch, 1 - 1e-12);
@@ -186,13 +192,15 @@ TEST(Chain, APointReachedFromTwoTakesTheirMean) {
   const std::vector<Vec3> x = solved(net, {{0, 1}, {a0, a1}, {}}, p);
   const double r0 = std::sqrt(10.0);
   const Vec3 expected = (printed_formula(points[0], a0, points[2], r0, 0.6, p) +
-                         printed_formula(points[1], a1, points[2], r0, 0.6, p)) / 2;
+                         printed_formula(points[1], a1, points[2], r0, 0.6, p)) /
+                        2;
   EXPECT_LT(distance(x[2], expected), 1e-13);
 }
 
 TEST(Chain, SemiActiveSpringsComeBackToTheirLimits) {
   // Two arms pulled apart: the tips' common spring is stretched beyond its limit until it is brought back.
-  const SpringNetwork net = network_of({{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {3, 3, 0}}, {{0, 2}, {1, 3}, {2, 3}});
+  const SpringNetwork net =
+      network_of({{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {3, 3, 0}}, {{0, 2}, {1, 3}, {2, 3}});
   const PrescribedMotion motion{{0, 1}, {{-3, 0, 0}, {6, 0, 0}}, {}};
   ChainParameters p = as_printed(1, 1, 0.2);
   p.semi_active_passes = 0;
@@ -282,7 +290,8 @@ TEST(Chain, WildMotionsStayFinite) {
     PrescribedMotion motion = third_of_the_bone(slab, {});
     const RandomStream random(3);
     for (std::size_t i = 0; i < motion.positions.size(); ++i) {
-      motion.positions[i] = Vec3{random.uniform(3 * i), -random.uniform(3 * i + 1), random.uniform(3 * i + 2)} * scale;
+      motion.positions[i] =
+          Vec3{random.uniform(3 * i), -random.uniform(3 * i + 1), random.uniform(3 * i + 2)} * scale;
     }
     for (const ChainParameters& p : {ChainParameters{}, as_printed(0, 0, 0), as_printed(0.5, 1e6, 0.99)}) {
       for (const Vec3& v : solved(slab.network, motion, p)) ASSERT_TRUE(is_finite(v)) << scale;
@@ -301,8 +310,10 @@ TEST(Chain, BadParametersMotionsAndNetworksAreNamed) {
     change(p);
     return p;
   };
-  EXPECT_NE(fault(solver.solve(good, with([](auto& p) { p.alpha = 1.1; }))).find("alpha is 1.1"), std::string::npos);
-  EXPECT_NE(fault(solver.solve(good, with([&](auto& p) { p.column_alpha = nan; }))).find("alpha"), std::string::npos);
+  EXPECT_NE(fault(solver.solve(good, with([](auto& p) { p.alpha = 1.1; }))).find("alpha is 1.1"),
+            std::string::npos);
+  EXPECT_NE(fault(solver.solve(good, with([&](auto& p) { p.column_alpha = nan; }))).find("alpha"),
+            std::string::npos);
   EXPECT_NE(fault(solver.solve(good, with([](auto& p) { p.beta = -1; }))).find("beta"), std::string::npos);
   EXPECT_NE(fault(solver.solve(good, with([](auto& p) { p.max_compression = 1; }))).find("compression"),
             std::string::npos);

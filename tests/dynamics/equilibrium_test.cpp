@@ -14,7 +14,8 @@
 namespace turgor {
 namespace {
 
-constexpr std::array kLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic, SpringLaw::square};
+constexpr std::array kLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic,
+                              SpringLaw::square};
 
 SpringNetwork points_without_springs(std::vector<Vec3> points) {
   SpringNetwork net;
@@ -27,8 +28,8 @@ void join(SpringNetwork& net, int a, int b, double k, SpringLaw law = SpringLaw:
   net.springs.push_back({a, b, distance(net.rest[a], net.rest[b]), k, law, SpringKind::membrane});
 }
 
-EquilibriumResult solved(const SpringNetwork& net, const PrescribedMotion& motion, EquilibriumOptions options = {},
-                         const std::vector<Vec3>* start = nullptr) {
+EquilibriumResult solved(const SpringNetwork& net, const PrescribedMotion& motion,
+                         EquilibriumOptions options = {}, const std::vector<Vec3>* start = nullptr) {
   Context context;
   const auto result = solve_equilibrium(net, motion, options, context, start);
   EXPECT_TRUE(static_cast<bool>(result)) << (result ? "" : result.error().message());
@@ -127,12 +128,13 @@ TEST(Equilibrium, AUniaxiallyStretchedLatticeStretchesEvenly) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_LT(distance(r.positions[i], {points[i].x * 1.25, points[i].y, points[i].z}), 1e-8);
   }
-  EXPECT_NEAR(r.energy_nmm, n * n * length_cells * 1.5 * 2.0 * 0.5 * 0.25 * 0.25, 1e-9) << "½ k L0 s² a spring";
+  EXPECT_NEAR(r.energy_nmm, n * n * length_cells * 1.5 * 2.0 * 0.5 * 0.25 * 0.25, 1e-9)
+      << "½ k L0 s² a spring";
   EXPECT_NEAR(r.reaction_n, std::sqrt(2.0 * n * n) * 1.5 * 0.25, 1e-9);
 }
 
-// Newton's method on the dense Hessian by Eigen's LDLT, from the same start, with nothing of the solver in it but the
-// elements' own blocks.
+// Newton's method on the dense Hessian by Eigen's LDLT, from the same start, with nothing of the solver in it
+// but the elements' own blocks.
 std::vector<Vec3> dense_newton(const SpringNetwork& net, const PrescribedMotion& motion) {
   const NetworkEnergy energy = *NetworkEnergy::prepare(net);
   std::vector<int> column(net.rest.size(), 0);
@@ -155,11 +157,12 @@ std::vector<Vec3> dense_newton(const SpringNetwork& net, const PrescribedMotion&
     }
     if (force.norm() < 1e-12) break;
     ElementStiffness k;
-    energy.linearise(x, Convexity::exact, k);
+    energy.linearise(x, 0.0, k);
     const auto add = [&](int a, int b, const Mat3& block, double sign) {
       if (column[a] < 0 || column[b] < 0) return;
       for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) hessian(column[a] + r, column[b] + c) += sign * block.c[static_cast<std::size_t>(c)][r];
+        for (int c = 0; c < 3; ++c)
+          hessian(column[a] + r, column[b] + c) += sign * block.c[static_cast<std::size_t>(c)][r];
       }
     };
     for (std::size_t s = 0; s < k.springs.size(); ++s) {
@@ -169,7 +172,8 @@ std::vector<Vec3> dense_newton(const SpringNetwork& net, const PrescribedMotion&
         for (int r = 0; r < 3; ++r) {
           const Vec3& n = k.springs[s].direction;
           block.c[static_cast<std::size_t>(c)][r] =
-              (k.springs[s].axial - k.springs[s].transverse) * n[r] * n[c] + (r == c ? k.springs[s].transverse : 0);
+              (k.springs[s].axial - k.springs[s].transverse) * n[r] * n[c] +
+              (r == c ? k.springs[s].transverse : 0);
         }
       }
       add(a, a, block, 1), add(b, b, block, 1), add(a, b, block, -1), add(b, a, block, -1);
@@ -178,13 +182,14 @@ std::vector<Vec3> dense_newton(const SpringNetwork& net, const PrescribedMotion&
       for (int a = 0; a < 4; ++a) {
         for (int b = 0; b < 4; ++b) {
           add(energy.volume_corners()[v].p[a], energy.volume_corners()[v].p[b],
-              volume_block(k.volumes[v], a, b, Convexity::exact), 1);
+              volume_block(k.volumes[v], a, b, 0.0), 1);
         }
       }
     }
     Eigen::VectorXd d;
     for (double shift = 0;; shift = std::max(10 * shift, 1e-3)) {  // until the factor is positive definite
-      const Eigen::LDLT<Eigen::MatrixXd> factor(hessian + shift * Eigen::MatrixXd::Identity(3 * unknowns, 3 * unknowns));
+      const Eigen::LDLT<Eigen::MatrixXd> factor(
+          hessian + shift * Eigen::MatrixXd::Identity(3 * unknowns, 3 * unknowns));
       d = factor.solve(force);
       if (factor.isPositive() && d.dot(force) > 0) break;
     }
@@ -262,7 +267,9 @@ TEST(Equilibrium, IsWhereDampedMotionComesToRest) {
 TEST(Equilibrium, TheResidualStatedIsTheResidual) {
   const support::Slab slab = support::make_slab({});
   const PrescribedMotion motion = third_of_the_bone(slab, {0, -6, 0});
-  const EquilibriumResult r = solved(slab.network, motion);
+  EquilibriumOptions options;
+  options.relative_residual = 1e-6;
+  const EquilibriumResult r = solved(slab.network, motion, options);
   ASSERT_TRUE(r.converged);
   const NetworkEnergy energy = *NetworkEnergy::prepare(slab.network);
   NetworkEnergy::Workspace workspace;
@@ -341,7 +348,9 @@ TEST(Equilibrium, HasTheSameBitsOnOneAndTwoThreads) {
 TEST(Equilibrium, SolvesTheFaceOfDuysakAndZhangInEveryDirection) {
   const support::Slab slab = support::make_slab(support::duysak_zhang_size_braced());
   for (const Vec3& shift : {Vec3{0, -6, 0}, Vec3{0, 0, -6}, Vec3{6, 0, 0}, Vec3{0, 0, 6}}) {
-    const EquilibriumResult r = solved(slab.network, third_of_the_bone(slab, shift));
+    EquilibriumOptions options;
+    options.relative_residual = 1e-6;
+    const EquilibriumResult r = solved(slab.network, third_of_the_bone(slab, shift), options);
     EXPECT_TRUE(r.converged) << r.relative_residual;
   }
 }
@@ -358,7 +367,8 @@ TEST(Equilibrium, StifferVolumesChangeLessAndDoNotInvert) {
     EXPECT_EQ(r.inverted_volumes, 0);
     double change = 0;
     for (const VolumeElement& v : slab.network.volumes) {
-      const double now = signed_volume(r.positions[v.p[0]], r.positions[v.p[1]], r.positions[v.p[2]], r.positions[v.p[3]]);
+      const double now =
+          signed_volume(r.positions[v.p[0]], r.positions[v.p[1]], r.positions[v.p[2]], r.positions[v.p[3]]);
       change += std::abs(now - v.rest_volume_mm3);
     }
     EXPECT_LT(change, 0.8 * previous) << modulus;
@@ -421,7 +431,9 @@ TEST(Equilibrium, WildStartsEndInAnAnswerOrAFlagButNeverInNan) {
     for (const double scale : {0.0, 1.0, 30.0, 1e4, 1e9}) {  // 0: all points in one place
       std::vector<Vec3> start(slab.network.rest.size());
       for (std::size_t i = 0; i < start.size(); ++i) {
-        start[i] = Vec3{random.uniform(3 * i) - 0.5, random.uniform(3 * i + 1) - 0.5, random.uniform(3 * i + 2) - 0.5} * scale;
+        start[i] = Vec3{random.uniform(3 * i) - 0.5, random.uniform(3 * i + 1) - 0.5,
+                        random.uniform(3 * i + 2) - 0.5} *
+                   scale;
       }
       Context context;
       const auto r = solve_equilibrium(slab.network, motion, few, context, &start);

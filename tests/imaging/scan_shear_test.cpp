@@ -1,5 +1,8 @@
 // Stacks whose axes are not at right angles (gantry tilt, sheared affine matrices).
 #include "imaging/scan/stored_volume.hpp"
+
+#include <algorithm>
+
 #include "imaging/scan_support.hpp"
 #include "turgor/core/parallel.hpp"
 
@@ -22,7 +25,8 @@ StoredVolume sheared_field(const std::array<Vec3, 3>& axes, const Index3& size =
     for (int j = 0; j < size[1]; ++j) {
       for (int i = 0; i < size[0]; ++i) {
         const Vec3 p = stored.origin + axes[0] * i + axes[1] * j + axes[2] * k;
-        stored.voxels.push_back(static_cast<std::int16_t>(std::floor(field(p) + 0.5)));
+        stored.voxels.push_back(
+            static_cast<std::int16_t>(std::clamp(std::floor(field(p) + 0.5), -32768.0, 32767.0)));
       }
     }
   }

@@ -48,7 +48,8 @@ std::vector<std::string> includes(const fs::path& file) {
     if (hash == std::string::npos || line.compare(hash, 8, "#include") != 0) continue;
     const auto open = line.find_first_of("<\"");
     const auto close = line.find_first_of(">\"", open + 1);
-    if (open != std::string::npos && close != std::string::npos) out.push_back(line.substr(open + 1, close - open - 1));
+    if (open != std::string::npos && close != std::string::npos)
+      out.push_back(line.substr(open + 1, close - open - 1));
   }
   return out;
 }
@@ -82,7 +83,8 @@ TEST(Layering, EveryIncludeFollowsTheOrderOfTheModules) {
       for (const std::string& include : includes(file)) {
         const std::string used = module_of(include);
         if (used.empty()) continue;
-        EXPECT_TRUE(may_use.contains(used)) << file << " includes " << include << ", but " << name << " may not use " << used;
+        EXPECT_TRUE(may_use.contains(used))
+            << file << " includes " << include << ", but " << name << " may not use " << used;
       }
     };
     files += each_source(root / "include/turgor" / module, check) + each_source(root / "src" / module, check);
@@ -100,8 +102,9 @@ TEST(Layering, EveryFolderIsAKnownModule) {
 }
 
 TEST(Layering, PublicHeadersShowNoThirdPartyLibrary) {
-  const std::vector<std::string> hidden{"embree3/", "gdcm", "Eigen/", "tbb/", "nlohmann/", "png.h",
-                                        "meshoptimizer.h", "archive.h", "pugixml", "nifti", "zlib.h", "fmt/"};
+  const std::vector<std::string> hidden{"embree3/",  "gdcm",  "Eigen/",          "tbb/",
+                                        "nlohmann/", "png.h", "meshoptimizer.h", "archive.h",
+                                        "pugixml",   "nifti", "zlib.h",          "fmt/"};
   each_source(root / "include", [&](const fs::path& file) {
     for (const std::string& include : includes(file)) {
       for (const std::string& library : hidden) {

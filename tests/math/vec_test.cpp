@@ -30,7 +30,8 @@ TEST(RigidTransform, InverseUndoesAndProductAppliesTheRightFirst) {
 TEST(Mat3, InverseTimesMatrixIsIdentity) {
   const Mat3 m{{Vec3{2, 1, 0}, Vec3{-1, 3, 0.5}, Vec3{0.2, 0.1, 4}}};
   const Mat3 product = m.inverse() * m;
-  for (int j = 0; j < 3; ++j) expect_near(product.c[static_cast<std::size_t>(j)], Mat3{}.c[static_cast<std::size_t>(j)]);
+  for (int j = 0; j < 3; ++j)
+    expect_near(product.c[static_cast<std::size_t>(j)], Mat3{}.c[static_cast<std::size_t>(j)]);
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ Outcome run(const std::string& arguments) {
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return out;
   std::array<char, 4096> buffer;
-  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) out.text.append(buffer.data(), n);
+  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
+    out.text.append(buffer.data(), n);
   const int status = ::pclose(pipe);
   out.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return out;
@@ -87,10 +88,11 @@ TEST_F(Program, PredictsFromThePhantomsSeriesAndWritesEverything) {
   ASSERT_EQ(phantom_.code, 0) << phantom_.text;
   const Outcome o = run(predict(dicom(), plan()));
   ASSERT_EQ(o.code, 0) << o.text;
-  for (const char* file : {"report.html", "result.json", "tissue.vtu", "skin_before.ply", "skin_before.vtp", "skin_before.glb",
-                           "skin_after.ply", "skin_after.vtp", "skin_after.glb", "skin_after_chain.ply",
-                           "bone_after_distal.ply", "pictures/before_front.png", "pictures/after_profile.png",
-                           "pictures/superimposed_front.png", "pictures/displacement_three_quarter_left.png"}) {
+  for (const char* file :
+       {"report.html", "result.json", "tissue.vtu", "skin_before.ply", "skin_before.vtp", "skin_before.glb",
+        "skin_after.ply", "skin_after.vtp", "skin_after.glb", "skin_after_chain.ply", "bone_after_distal.ply",
+        "pictures/before_front.png", "pictures/after_profile.png", "pictures/superimposed_front.png",
+        "pictures/displacement_three_quarter_left.png"}) {
     EXPECT_TRUE(fs::exists(out() / file) && fs::file_size(out() / file) > 100) << file;
   }
   fs::remove_all(out());
@@ -115,7 +117,8 @@ TEST_F(Program, DamagedSeriesAreRefusedWithTheFileOrTheGap) {
   fs::remove(slice(gap, 0));
   expect_refusal(predict(gap, plan()), "missing");
   const fs::path twice = copy_of_series("twice");
-  // The same position under another name and instance is a slice too many, not a copy of a file: so take a true copy.
+  // The same position under another name and instance is a slice too many, not a copy of a file: so take a
+  // true copy.
   fs::copy(slice(twice, 0), twice / "again.dcm");
   const Outcome o = run(predict(twice, plan()));
   EXPECT_TRUE(o.code == 2 || o.code == 0) << o.text;
@@ -155,7 +158,8 @@ TEST_F(Program, CtrlCStopsWithinASecondAndLeavesNothing) {
     std::freopen("/dev/null", "w", stdout);
     std::freopen("/dev/null", "w", stderr);
     const std::string folder = (root() / "stopped").string();
-    ::execl(TURGOR_PROGRAM, TURGOR_PROGRAM, "phantom", "-voxel", "0.5", "-slice", "0.5", "-o", folder.c_str(), nullptr);
+    ::execl(TURGOR_PROGRAM, TURGOR_PROGRAM, "phantom", "-voxel", "0.5", "-slice", "0.5", "-o", folder.c_str(),
+            nullptr);
     ::_exit(99);
   }
   std::this_thread::sleep_for(std::chrono::milliseconds(1200));
@@ -180,7 +184,8 @@ TEST_F(Program, TheSameRunGivesTheSameFiles) {
     const Outcome o = run(predict(dicom(), plan()) + " -solver network -threads " + threads);
     EXPECT_EQ(o.code, 0) << o.text;
     std::string bytes;
-    for (const char* file : {"skin_after.ply", "tissue.vtu", "pictures/after_front.png", "pictures/displacement_front.png"}) {
+    for (const char* file :
+         {"skin_after.ply", "tissue.vtu", "pictures/after_front.png", "pictures/displacement_front.png"}) {
       std::ifstream in(out() / file, std::ios::binary);
       bytes.append(std::istreambuf_iterator<char>(in), {});
     }

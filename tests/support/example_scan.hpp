@@ -14,7 +14,7 @@ inline std::filesystem::path example_scan() {
 }  // namespace turgor::test
 
 /// Skips the test with a reason where the scan is not there.
-#define TURGOR_NEED_EXAMPLE_SCAN()                                       \
-  if (!std::filesystem::exists(turgor::test::example_scan()))            \
+#define TURGOR_NEED_EXAMPLE_SCAN()                                     \
+  if (!std::filesystem::exists(turgor::test::example_scan()))          \
   GTEST_SKIP() << "the package invesalius-examples is not installed (" \
                << turgor::test::example_scan().string() << ')'

@@ -1,4 +1,5 @@
-// Layered tissue over bone for tests and benchmarks: three sheets of columns (bone, SMAS, skin) on a curved patch.
+// Layered tissue over bone for tests and benchmarks: three sheets of columns (bone, SMAS, skin) on a curved
+// patch.
 #pragma once
 
 #include <algorithm>
@@ -12,17 +13,18 @@
 namespace turgor::support {
 
 struct SlabOptions {
-  int nx = 12, ny = 16;            ///< columns
-  double spacing_mm = 3;           ///< between columns
-  double layer_mm = 4;             ///< between sheets
-  double radius_mm = 90;           ///< of the cylinder along y under the bone; 0: flat
-  bool diagonals = true;           ///< both between any two neighbouring columns of one layer
-  bool tripods = false;            ///< instead: from each point to two columns below, and in-sheet springs in the skin alone
-  bool volumes = false;            ///< three tetrahedra per prism
+  int nx = 12, ny = 16;   ///< columns
+  double spacing_mm = 3;  ///< between columns
+  double layer_mm = 4;    ///< between sheets
+  double radius_mm = 90;  ///< of the cylinder along y under the bone; 0: flat
+  bool diagonals = true;  ///< both between any two neighbouring columns of one layer
+  bool tripods =
+      false;  ///< instead: from each point to two columns below, and in-sheet springs in the skin alone
+  bool volumes = false;  ///< three tetrahedra per prism
   double membrane_n = 1, vertical_n = 1, diagonal_n = 0.5;
   double volume_modulus_mpa = 0.1;
   SpringLaw law = SpringLaw::linear;
-  int dropped_edges = 0;           ///< edges of the triangulation left out, evenly spread
+  int dropped_edges = 0;  ///< edges of the triangulation left out, evenly spread
 };
 
 struct Slab {
@@ -36,7 +38,8 @@ inline void add_spring(SpringNetwork& net, int a, int b, double k, SpringLaw law
   net.springs.push_back({a, b, distance(net.rest[a], net.rest[b]), k, law, kind});
 }
 
-// Neighbouring columns share the diagonals of their common faces: each runs from the lower number up to the higher.
+// Neighbouring columns share the diagonals of their common faces: each runs from the lower number up to the
+// higher.
 inline void add_prism(SpringNetwork& net, std::array<int, 3> low, int up, double modulus) {
   std::sort(low.begin(), low.end());
   const auto [i, j, k] = low;
@@ -57,7 +60,8 @@ inline Slab make_slab(const SlabOptions& o) {
     for (int c = 0; c < slab.columns; ++c) {
       const double x = (c % o.nx - 0.5 * (o.nx - 1)) * o.spacing_mm, y = (c / o.nx) * o.spacing_mm;
       const double z = sheet * o.layer_mm, r = o.radius_mm;
-      net.rest.push_back(r > 0 ? Vec3{(r + z) * std::sin(x / r), y, (r + z) * std::cos(x / r) - r} : Vec3{x, y, z});
+      net.rest.push_back(r > 0 ? Vec3{(r + z) * std::sin(x / r), y, (r + z) * std::cos(x / r) - r}
+                               : Vec3{x, y, z});
     }
   }
   net.mass_g.assign(net.rest.size(), 0.01);
@@ -102,10 +106,11 @@ inline Slab make_slab(const SlabOptions& o) {
   return slab;
 }
 
-/// The size of Duysak and Zhang's face (2005, section 4): 7,884 points in three sheets of 2,628, and 19,724 springs.
-/// Their count is twice the 7,234 edges of the skin (2,628 vertices, 4,606 triangles, one hole) plus two springs per
-/// column: in-sheet springs in the two upper sheets, vertical ones, no diagonals. Such sheets slide over the bone without
-/// any force at first order, so this network is for the chain; its equilibrium is not unique.
+/// The size of Duysak and Zhang's face (2005, section 4): 7,884 points in three sheets of 2,628, and 19,724
+/// springs. Their count is twice the 7,234 edges of the skin (2,628 vertices, 4,606 triangles, one hole) plus
+/// two springs per column: in-sheet springs in the two upper sheets, vertical ones, no diagonals. Such sheets
+/// slide over the bone without any force at first order, so this network is for the chain; its equilibrium is
+/// not unique.
 inline SlabOptions duysak_zhang_size() {
   SlabOptions o;
   o.nx = 36;
@@ -115,7 +120,8 @@ inline SlabOptions duysak_zhang_size() {
   return o;
 }
 
-/// The same counts, every point carried by a vertical spring and two diagonals, so that it has one equilibrium.
+/// The same counts, every point carried by a vertical spring and two diagonals, so that it has one
+/// equilibrium.
 inline SlabOptions duysak_zhang_size_braced() {
   SlabOptions o = duysak_zhang_size();
   o.diagonals = false;

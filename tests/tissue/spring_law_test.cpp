@@ -8,10 +8,14 @@
 namespace turgor {
 namespace {
 
-constexpr std::array kLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic, SpringLaw::square};
-constexpr std::array kStrains = {1e-7, 1e-4, 0.01, 0.1, 0.1999, 0.2001, 0.24, 0.26, 0.5, 1.0, 2.5, 6.0, 20.0, 49.0};
+constexpr std::array kLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic,
+                              SpringLaw::square};
+constexpr std::array kStrains = {1e-7, 1e-4, 0.01, 0.1, 0.1999, 0.2001, 0.24,
+                                 0.26, 0.5,  1.0,  2.5, 6.0,    20.0,   49.0};
 
-Spring make_spring(SpringLaw law) { return {0, 1, 3.0, 0.7, law, SpringKind::membrane}; }
+Spring make_spring(SpringLaw law) {
+  return {0, 1, 3.0, 0.7, law, SpringKind::membrane};
+}
 
 double law_of(SpringLaw law, double s) {
   switch (law) {
@@ -27,7 +31,8 @@ double law_of(SpringLaw law, double s) {
   return 0;
 }
 
-// The work done against `respond().tension` from rest to `length`: composite Simpson, in the logarithm of the length.
+// The work done against `respond().tension` from rest to `length`: composite Simpson, in the logarithm of the
+// length.
 double work(const Spring& spring, double length) {
   const double from = std::log(spring.rest_length_mm), to = std::log(length);
   constexpr int n = 20'000;
@@ -44,8 +49,10 @@ TEST(SpringLaw, IsTheLawOfStrainTheSameForDoublingAndHalving) {
     const Spring spring = make_spring(law);
     for (const double s : kStrains) {
       const double expected = spring.stiffness_n * law_of(law, s);
-      EXPECT_NEAR(respond(spring, 3.0 * (1 + s)).tension / expected, 1, 1e-8) << static_cast<int>(law) << ' ' << s;
-      EXPECT_NEAR(respond(spring, 3.0 / (1 + s)).tension / -expected, 1, 1e-8) << static_cast<int>(law) << ' ' << s;
+      EXPECT_NEAR(respond(spring, 3.0 * (1 + s)).tension / expected, 1, 1e-8)
+          << static_cast<int>(law) << ' ' << s;
+      EXPECT_NEAR(respond(spring, 3.0 / (1 + s)).tension / -expected, 1, 1e-8)
+          << static_cast<int>(law) << ' ' << s;
     }
   }
 }
@@ -68,8 +75,10 @@ TEST(SpringLaw, TensionIsTheSlopeOfTheEnergyAndSlopeThatOfTheTension) {
         const double h = 1e-4 * std::min(length, std::abs(length - 3.0));
         const SpringResponse low = respond(spring, length - h), high = respond(spring, length + h);
         const SpringResponse r = respond(spring, length);
-        EXPECT_NEAR((high.energy - low.energy) / (2 * h) / r.tension, 1, 1e-5) << static_cast<int>(law) << ' ' << s;
-        EXPECT_NEAR((high.tension - low.tension) / (2 * h) / r.slope, 1, 1e-5) << static_cast<int>(law) << ' ' << s;
+        EXPECT_NEAR((high.energy - low.energy) / (2 * h) / r.tension, 1, 1e-5)
+            << static_cast<int>(law) << ' ' << s;
+        EXPECT_NEAR((high.tension - low.tension) / (2 * h) / r.slope, 1, 1e-5)
+            << static_cast<int>(law) << ' ' << s;
       }
     }
   }
@@ -108,7 +117,8 @@ TEST(SpringLaw, StaysFiniteSmoothAndMonotonicWhereTheStrainHasNoBound) {
       EXPECT_GT(r.energy, 0);
     }
     for (const double edge : {3.0 / 51, 3.0 * 51}) {
-      const SpringResponse inside = respond(spring, edge * (1 - 1e-9)), outside = respond(spring, edge * (1 + 1e-9));
+      const SpringResponse inside = respond(spring, edge * (1 - 1e-9)),
+                           outside = respond(spring, edge * (1 + 1e-9));
       EXPECT_NEAR(inside.energy / outside.energy, 1, 1e-6);
       EXPECT_NEAR(inside.tension / outside.tension, 1, 1e-6);
       EXPECT_NEAR(inside.slope / outside.slope, 1, 1e-6);
@@ -124,14 +134,16 @@ TEST(VolumeElement, StressIsTheSlopeOfTheEnergyAndRestoresAnInvertedElement) {
   for (const VolumeElement& v : {plain, guarded}) {
     for (const double volume : {-3.0, -0.1, 0.1, 0.499, 1.0, 2.5, 4.0}) {
       const double h = 1e-6;
-      const VolumeResponse low = respond(v, volume - h), high = respond(v, volume + h), r = respond(v, volume);
+      const VolumeResponse low = respond(v, volume - h), high = respond(v, volume + h),
+                           r = respond(v, volume);
       EXPECT_NEAR((high.energy - low.energy) / (2 * h), r.mean_stress, 1e-8 * (1 + std::abs(r.mean_stress)));
       EXPECT_NEAR((high.mean_stress - low.mean_stress) / (2 * h), r.slope, 1e-7 * (1 + r.slope));
     }
     EXPECT_LT(respond(v, -1.0).mean_stress, 0);
   }
   EXPECT_EQ(respond(plain, 2.5).energy, 0);
-  EXPECT_EQ(respond(guarded, 0.5).mean_stress, respond(plain, 0.5).mean_stress) << "no guard above a fifth of V0";
+  EXPECT_EQ(respond(guarded, 0.5).mean_stress, respond(plain, 0.5).mean_stress)
+      << "no guard above a fifth of V0";
   EXPECT_NEAR(respond(guarded, 0.0).mean_stress, respond(plain, 0.0).mean_stress - 4.0, 1e-12);
 }
 

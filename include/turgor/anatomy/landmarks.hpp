@@ -16,7 +16,7 @@ struct LandmarkKind {
   std::string_view label;  ///< as on pictures: "Pog", "Pog'", "Go"
   std::string_view meaning;
   bool on_bone;
-  std::string_view twin;   ///< the soft landmark over a hard one and the reverse; empty: none
+  std::string_view twin;  ///< the soft landmark over a hard one and the reverse; empty: none
 };
 
 /// Hard: nasion, ans, a_point, b_point, pogonion, menton, upper_incisor, lower_incisor, gonion_left/right,
@@ -27,8 +27,8 @@ const std::vector<LandmarkKind>& landmark_kinds();
 const LandmarkKind* find_landmark_kind(std::string_view name);
 
 struct Landmark {
-  Vec3 point;               ///< mm, LPS
-  bool corrected = false;   ///< set by the user rather than found
+  Vec3 point;              ///< mm, LPS
+  bool corrected = false;  ///< set by the user rather than found
 };
 
 /// By name; a landmark that the scan does not show is absent.

@@ -13,20 +13,21 @@
 namespace turgor {
 
 struct TissueOptions {
-  int columns = 4200;                      ///< points wanted on the skin of the face; the number found lies near it
+  int columns = 2628;  ///< points wanted on the skin of the face; the number found lies near it
   /// Share of the thickness of each layer, outermost first: skin, SMAS with superficial fat, deep tissue.
   std::vector<double> fractions{0.15, 0.30, 0.55};
-  /// Thickness of each layer in mm instead, outermost first: thinned in proportion where the tissue is thinner than
-  /// their sum; the innermost takes the rest where it is thicker. Empty: fractions.
+  /// Thickness of each layer in mm instead, outermost first: thinned in proportion where the tissue is
+  /// thinner than their sum; the innermost takes the rest where it is thicker. Empty: fractions.
   std::vector<double> thickness_mm;
   std::optional<Vec3> upper_centre, lower_centre;  ///< corrections, mm LPS
   std::optional<double> lip_level_mm;              ///< correction: z of the lip line in the midline, LPS
-  std::optional<double> bone_level_mm;             ///< no skin above this z; the top of the bone where not given
+  std::optional<double> bone_level_mm;  ///< no skin above this z; the top of the bone where not given
   double least_thickness_mm = 1.0;
-  double greatest_thickness_mm = 40.0;     ///< a hit farther away lies behind a gap in the bone and counts as missed
-  double neck_mm = 60.0;                   ///< how far below the chin the tissue goes
-  bool lip_slit = true;                    ///< part upper and lower lip where the mouth lies
-  double release_near_teeth_mm = 4.0;      ///< bone points this near to teeth are not attached: the vestibule
+  double greatest_thickness_mm =
+      40.0;               ///< a hit farther away lies behind a gap in the bone and counts as missed
+  double neck_mm = 60.0;  ///< how far below the chin the tissue goes
+  bool lip_slit = true;   ///< part upper and lower lip where the mouth lies
+  double release_near_teeth_mm = 4.0;  ///< bone points this near to teeth are not attached: the vestibule
 };
 
 /// What the ray of a column met.
@@ -36,39 +37,41 @@ enum class ColumnEnd : std::uint8_t {
   none,  ///< missed bone in the first pass, and was given a depth in the second
 };
 
-/// Points lie in sheets, outermost first: point of column c in sheet s is points[s * columns + c]; sheet 0 is the skin,
-/// the last one lies on the bone. Prism (t, s) joins surface triangle t between sheets s and s + 1.
+/// Points lie in sheets, outermost first: point of column c in sheet s is points[s * columns + c]; sheet 0 is
+/// the skin, the last one lies on the bone. Prism (t, s) joins surface triangle t between sheets s and s + 1.
 /// Invariant: no prism is inverted (smallest_prism_volume > 0).
 struct LayeredTissue {
-  TriMesh surface;                     ///< skin triangulation; its points are sheet 0
+  TriMesh surface;  ///< skin triangulation; its points are sheet 0
   int sheets = 4;
-  std::vector<Vec3> points;            ///< sheets * columns, mm LPS
-  std::vector<ColumnEnd> ends;         ///< per column
-  std::vector<bool> attached;          ///< the inner end moves with the bone it met; others are free: those that met
-                                       ///< none, and lips and cheeks, which slide over the teeth
-  std::vector<bool> fixed;             ///< the whole column is held: rim of the region towards tissue that stays
-  std::vector<double> rim_distance_mm; ///< per column, to the nearest column that is held
-  std::vector<double> thickness_mm;    ///< per column, skin to bone
-  std::vector<double> layer_fractions; ///< mean share of each layer, outermost first
+  std::vector<Vec3> points;     ///< sheets * columns, mm LPS
+  std::vector<ColumnEnd> ends;  ///< per column
+  std::vector<bool> attached;   ///< the inner end moves with the bone it met; others are free: those that met
+                                ///< none, and lips and cheeks, which slide over the teeth
+  std::vector<bool> fixed;      ///< the whole column is held: rim of the region towards tissue that stays
+  std::vector<double> rim_distance_mm;  ///< per column, to the nearest column that is held
+  std::vector<double> thickness_mm;     ///< per column, skin to bone
+  std::vector<double> layer_fractions;  ///< mean share of each layer, outermost first
   Vec3 upper_centre, lower_centre;
   double lip_level_mm = 0;
-  std::optional<LipSlit> slit;         ///< where the lips were parted
-  std::vector<int> lip_side;           ///< per column: +1 upper, -1 lower rim of the slit, else 0
+  std::optional<LipSlit> slit;  ///< where the lips were parted
+  std::vector<int> lip_side;    ///< per column: +1 upper, -1 lower rim of the slit, else 0
 
   // Counts for the report.
-  int skin_points_above_bone = 0;      ///< left out: above the highest bone
-  int rays_missed = 0;                 ///< filled in the second pass
+  int skin_points_above_bone = 0;  ///< left out: above the highest bone
+  int rays_missed = 0;             ///< filled in the second pass
   int prisms_repaired = 0;
-  double mean_hit_thickness_mm = 0;    ///< of the first pass, the depth given in the second
+  double mean_hit_thickness_mm = 0;  ///< of the first pass, the depth given in the second
 
   [[nodiscard]] int columns() const { return static_cast<int>(surface.points.size()); }
   [[nodiscard]] int prisms() const { return static_cast<int>(surface.triangles.size()) * (sheets - 1); }
   [[nodiscard]] int point(int sheet, int column) const { return sheet * columns() + column; }
 };
 
-/// Six times the smallest volume (mm³) among the tetrahedra at the corners of a prism and those of its splits; positive
-/// where the prism is not inverted anywhere. Triangle (a, b, c) outer, (d, e, f) inner, anticlockwise from outside.
-double smallest_prism_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, const Vec3& e, const Vec3& f);
+/// Six times the smallest volume (mm³) among the tetrahedra at the corners of a prism and those of its
+/// splits; positive where the prism is not inverted anywhere. Triangle (a, b, c) outer, (d, e, f) inner,
+/// anticlockwise from outside.
+double smallest_prism_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, const Vec3& e,
+                             const Vec3& f);
 /// Number of prisms with such a volume ≤ 0 at the given positions (sheets * columns points).
 int count_inverted(const LayeredTissue& tissue, const std::vector<Vec3>& points);
 

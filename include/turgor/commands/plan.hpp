@@ -16,8 +16,8 @@ namespace turgor {
 /// Size of surfaces and tissue model.
 enum class Quality : std::uint8_t { draft, normal, fine };
 
-/// A plan read and checked. Settings (head, tissue, solvers) hold for the whole run wherever they stand; operations are
-/// carried out in order.
+/// A plan read and checked. Settings (head, tissue, solvers) hold for the whole run wherever they stand;
+/// operations are carried out in order.
 struct Plan {
   std::string name;  ///< file name; empty: no plan
   std::vector<Invocation> commands;

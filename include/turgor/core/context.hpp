@@ -25,8 +25,8 @@ struct StageTime {
   double seconds;
 };
 
-/// Progress, notices, timing and cancellation of one run. Passed by reference down the call chain; a default one
-/// is silent and is never cancelled. Notices are kept as well as shown, so that reports can list them.
+/// Progress, notices, timing and cancellation of one run. Passed by reference down the call chain; a default
+/// one is silent and is never cancelled. Notices are kept as well as shown, so that reports can list them.
 /// Thread-safe: cancelled(), progress() and notices may be called from any thread.
 class Context {
  public:
@@ -44,7 +44,8 @@ class Context {
   void notice(std::string text);
   void warning(std::string text);
   [[nodiscard]] bool cancelled() const;
-  /// Error of kind `cancelled` when the user asked to stop: `TURGOR_CHECK(context.check());` inside long loops.
+  /// Error of kind `cancelled` when the user asked to stop: `TURGOR_CHECK(context.check());` inside long
+  /// loops.
   [[nodiscard]] Result<void> check() const;
 
   [[nodiscard]] std::vector<Notice> notices() const;

@@ -73,8 +73,7 @@ class [[nodiscard]] Result<void> {
   if (!name) return name.error();                      \
   declaration = *std::move(name)
 /// The same for Result<void>.
-#define TURGOR_CHECK(expression)                          \
-  do {                                                    \
-    if (auto turgor_result = (expression); !turgor_result) \
-      return turgor_result.error();                       \
+#define TURGOR_CHECK(expression)                                                         \
+  do {                                                                                   \
+    if (auto turgor_result = (expression); !turgor_result) return turgor_result.error(); \
   } while (false)

@@ -23,8 +23,8 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::uint6
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 Result<void> write_file(const std::filesystem::path& path, std::string_view text);
 
-/// A folder that appears at `target` only when commit() succeeds; until then all is written to a sibling that the
-/// destructor removes. Files already in `target` stay, unless the new ones replace them.
+/// A folder that appears at `target` only when commit() succeeds; until then all is written to a sibling that
+/// the destructor removes. Files already in `target` stay, unless the new ones replace them.
 class StagedFolder {
  public:
   static Result<StagedFolder> create(const std::filesystem::path& target);

@@ -9,7 +9,8 @@
 
 namespace turgor {
 
-/// Threads used by parallel_for: all cores, unless set_thread_count() said otherwise (0 restores the default).
+/// Threads used by parallel_for: all cores, unless set_thread_count() said otherwise (0 restores the
+/// default).
 int thread_count();
 void set_thread_count(int count);
 

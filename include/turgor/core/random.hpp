@@ -1,4 +1,5 @@
-// Seeded random streams: the value at (seed, stream, index) is a pure function, so loops may run in any order.
+// Seeded random streams: the value at (seed, stream, index) is a pure function, so loops may run in any
+// order.
 #pragma once
 
 #include <cmath>

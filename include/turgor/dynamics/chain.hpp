@@ -1,14 +1,14 @@
 // The mass-spring chain of Duysak and Zhang (2005, section 3): moved points drag their neighbours, once each.
 //
-// Moved points are active. In each step every active point moves its neighbours that have not moved yet; these are
-// semi-active and become the active points of the next step:
+// Moved points are active. In each step every active point moves its neighbours that have not moved yet;
+// these are semi-active and become the active points of the next step:
 //
 //       A ─────── B         u = B − A  rigid: the spring keeps its direction
 //       ┊       ⋰           v = B − a  elastic: B stays
 //       a ···· b            w = α u + (1 − α) v;  b = a + length · w/|w|
 //
-// with d = |w| − r0 and length = r0 ± d_max (1 − exp(−β |d| / r0)). docs/models.md says what the paper leaves open and
-// how it is read here.
+// with d = |w| − r0 and length = r0 ± d_max (1 − exp(−β |d| / r0)). docs/models.md says what the paper leaves
+// open and how it is read here.
 #pragma once
 
 #include <span>
@@ -27,17 +27,18 @@ enum class FixedPoints {
 };
 
 struct ChainParameters {
-  double alpha = 0.8;            ///< 0 elastic … 1 rigid: weight of the rigid movement vector, springs along the layers
-  double column_alpha = 0.97;    ///< the same for vertical and diagonal springs, which join the layers
-  double beta = 2.0;             ///< ≥ 0, slope of the deformation magnitude; 1/d_max passes small deformations whole
+  double alpha = 0.8;  ///< 0 elastic … 1 rigid: weight of the rigid movement vector, springs along the layers
+  double column_alpha = 0.97;  ///< the same for vertical and diagonal springs, which join the layers
+  double beta = 2.0;  ///< ≥ 0, slope of the deformation magnitude; 1/d_max passes small deformations whole
   double max_stretch = 0.5;      ///< ≥ 0, d_max when stretched, as a fraction of the rest length
   double max_compression = 0.5;  ///< 0 to below 1, d_max when compressed
   FixedPoints fixed_points = FixedPoints::hold;
-  int semi_active_passes = 1;    ///< 0 to 100; rounds that bring springs within a step back to their limits
+  int semi_active_passes = 1;  ///< 0 to 100; rounds that bring springs within a step back to their limits
 };
 
-/// Memory of a solve, kept by the caller so that repeated solves allocate nothing. Arrays of points run in the order in
-/// which the wave reaches them, so that a step works on a short contiguous piece of each; `visit` alone is by point.
+/// Memory of a solve, kept by the caller so that repeated solves allocate nothing. Arrays of points run in
+/// the order in which the wave reaches them, so that a step works on a short contiguous piece of each;
+/// `visit` alone is by point.
 struct ChainWorkspace {
   /// Springs between two places of that order, side by side.
   struct Springs {
@@ -46,7 +47,8 @@ struct ChainWorkspace {
     int size = 0;
   };
   std::vector<int> visit, order;
-  std::vector<double> rest, displacement, correction;  // four doubles a point: x, y, z and a count of contributions
+  std::vector<double> rest, displacement,
+      correction;  // four doubles a point: x, y, z and a count of contributions
   Springs active, semi_active, held;
   int steps = 0;       ///< of the last wave
   int prescribed = 0;  ///< points it started from
@@ -62,8 +64,8 @@ class ChainSolver {
   [[nodiscard]] Result<std::vector<Vec3>> solve(const PrescribedMotion& motion,
                                                 const ChainParameters& parameters) const;
   /// The same into `positions`, without allocation once workspace and positions have grown.
-  Result<void> solve(const PrescribedMotion& motion, const ChainParameters& parameters, ChainWorkspace& workspace,
-                     std::vector<Vec3>& positions) const;
+  Result<void> solve(const PrescribedMotion& motion, const ChainParameters& parameters,
+                     ChainWorkspace& workspace, std::vector<Vec3>& positions) const;
 
  private:
   struct Link {

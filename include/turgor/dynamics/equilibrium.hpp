@@ -10,10 +10,11 @@
 namespace turgor {
 
 struct EquilibriumOptions {
-  /// Norm of the forces on all free points over the norm of the reactions at the moved and fixed points. Where the
-  /// reactions vanish at equilibrium, over a thousandth of the norm of the free points' forces at the start, or the
-  /// forces that a strain of 1e-6 would make in every element, whichever is larger. Above 0.
-  double relative_residual = 1e-6;
+  /// Norm of the forces on all free points over the norm of the reactions at the moved and fixed points.
+  /// Where the reactions vanish at equilibrium, over a thousandth of the norm of the free points' forces at
+  /// the start, or the forces that a strain of 1e-6 would make in every element, whichever is larger. Above
+  /// 0.
+  double relative_residual = 1e-4;
   int max_newton_steps = 200;  ///< of all load steps together, ≥ 1
   int load_steps = 1;          ///< prescribed motion applied in so many parts, ≥ 1
 };
@@ -26,14 +27,14 @@ struct EquilibriumResult {
   double energy_nmm = 0;
   int newton_steps = 0;
   int linear_iterations = 0;
-  int inverted_volumes = 0;      ///< flat or inverted at the end
+  int inverted_volumes = 0;  ///< flat or inverted at the end
   bool converged = false;
 };
 
-/// Newton's method with a line search on the network's energy; the linear systems by preconditioned conjugate gradients
-/// on the Hessian, projected to be positive definite where it is not. Deterministic. The search starts from the linear
-/// answer to the motion, or from `start` (one position per point; optional).
-/// Where it does not converge the best state found comes back with converged = false and a warning. Errors: an invalid
+/// Newton's method with a line search on the network's energy; the linear systems by preconditioned conjugate
+/// gradients on the Hessian, projected to be positive definite where it is not. Deterministic. The search
+/// starts from the linear answer to the motion, or from `start` (one position per point; optional). Where it
+/// does not converge the best state found comes back with converged = false and a warning. Errors: an invalid
 /// network, motion, option or start; a motion so large that its forces are not finite; cancelled.
 Result<EquilibriumResult> solve_equilibrium(const SpringNetwork& network, const PrescribedMotion& motion,
                                             const EquilibriumOptions& options, Context& context,

@@ -16,7 +16,8 @@ struct PrescribedMotion {
   std::vector<int> fixed;       ///< ascending, none of them moved
 };
 
-/// Errors: numbers out of range, not ascending, both moved and fixed, without a position, positions not finite.
+/// Errors: numbers out of range, not ascending, both moved and fixed, without a position, positions not
+/// finite.
 Result<void> validate(const PrescribedMotion& motion, int point_count);
 
 }  // namespace turgor

@@ -10,16 +10,18 @@
 
 namespace turgor {
 
-/// Where voxel centres lie: patient point of index (i, j, k) = origin + direction * (i sx, j sy, k sz), in LPS mm.
-/// Invariant: size ≥ 1, spacing > 0, direction orthonormal with determinant +1 (never a mirrored patient).
+/// Where voxel centres lie: patient point of index (i, j, k) = origin + direction * (i sx, j sy, k sz), in
+/// LPS mm. Invariant: size ≥ 1, spacing > 0, direction orthonormal with determinant +1 (never a mirrored
+/// patient).
 struct Grid {
-  Index3 size{1, 1, 1};       ///< voxels along i, j, k; i runs fastest in memory
-  Vec3 spacing{1, 1, 1};      ///< mm
-  Vec3 origin{0, 0, 0};       ///< centre of voxel (0, 0, 0), mm
-  Mat3 direction{};           ///< columns: unit vectors along i, j, k
+  Index3 size{1, 1, 1};   ///< voxels along i, j, k; i runs fastest in memory
+  Vec3 spacing{1, 1, 1};  ///< mm
+  Vec3 origin{0, 0, 0};   ///< centre of voxel (0, 0, 0), mm
+  Mat3 direction{};       ///< columns: unit vectors along i, j, k
 
   [[nodiscard]] std::size_t voxel_count() const {
-    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+           static_cast<std::size_t>(size[2]);
   }
   [[nodiscard]] std::size_t offset(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(j)) *
@@ -68,7 +70,8 @@ struct Volume {
     const std::size_t dx = grid.size[0] > 1 ? 1 : 0;
     const std::size_t dy = grid.size[1] > 1 ? static_cast<std::size_t>(grid.size[0]) : 0;
     const std::size_t dz =
-        grid.size[2] > 1 ? static_cast<std::size_t>(grid.size[0]) * static_cast<std::size_t>(grid.size[1]) : 0;
+        grid.size[2] > 1 ? static_cast<std::size_t>(grid.size[0]) * static_cast<std::size_t>(grid.size[1])
+                         : 0;
     const T* p = voxels.data() + grid.offset(base[0], base[1], base[2]);
     const auto mix = [](double a, double b, double t) { return a + (b - a) * t; };
     const auto row = [&](const T* q) {

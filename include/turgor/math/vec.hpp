@@ -68,7 +68,9 @@ bool is_finite(const VecT<T>& a) {
 inline Vec3f to_float(const Vec3& a) {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
-inline Vec3 to_double(const Vec3f& a) { return {a.x, a.y, a.z}; }
+inline Vec3 to_double(const Vec3f& a) {
+  return {a.x, a.y, a.z};
+}
 /// Some unit vector at right angles to the unit vector `n`.
 Vec3 any_orthogonal(const Vec3& n);
 
@@ -92,8 +94,12 @@ struct Mat3 {
 
 /// Right-handed rotation about the unit vector `axis`.
 Mat3 rotation(const Vec3& axis, double angle_rad);
-constexpr double radians(double degrees) { return degrees * 0.017453292519943295; }
-constexpr double degrees(double rad) { return rad * 57.29577951308232; }
+constexpr double radians(double degrees) {
+  return degrees * 0.017453292519943295;
+}
+constexpr double degrees(double rad) {
+  return rad * 57.29577951308232;
+}
 
 /// p ↦ R p + t.
 struct RigidTransform {

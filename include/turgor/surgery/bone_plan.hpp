@@ -28,15 +28,15 @@ struct CutRegion {
   void add_box(const Box3& box);
 };
 
-/// A piece of bone that moves as one. Segment 0 is the whole skull, 1 the whole mandible (where there is one);
-/// further ones are cut from them and take their part away.
+/// A piece of bone that moves as one. Segment 0 is the whole skull, 1 the whole mandible (where there is
+/// one); further ones are cut from them and take their part away.
 struct BoneSegment {
   std::string name;
   Bone bone = Bone::skull;
   int parent = -1;
-  CutRegion region;          ///< within the parent, in the patient's position before surgery
-  TriMesh surface;           ///< before any move, closed by caps where it was cut
-  RigidTransform motion;     ///< from before surgery to after
+  CutRegion region;       ///< within the parent, in the patient's position before surgery
+  TriMesh surface;        ///< before any move, closed by caps where it was cut
+  RigidTransform motion;  ///< from before surgery to after
 };
 
 /// The bones of one head under a plan. A value: copy it to try a variant.

@@ -17,18 +17,18 @@ enum class SpringLaw : std::uint8_t { linear, exponential, logarithmic, square }
 enum class SpringKind : std::uint8_t { membrane, plate, vertical, diagonal, suture, fibre };
 
 struct Spring {
-  int a = 0, b = 0;            ///< ends, point numbers
-  double rest_length_mm = 1;   ///< > 0
-  double stiffness_n = 1;      ///< force at strain 1 under the linear law, N; ≥ 0
+  int a = 0, b = 0;           ///< ends, point numbers
+  double rest_length_mm = 1;  ///< > 0
+  double stiffness_n = 1;     ///< force at strain 1 under the linear law, N; ≥ 0
   SpringLaw law = SpringLaw::linear;
   SpringKind kind = SpringKind::membrane;
 };
 
-/// A tetrahedron whose volume is kept: energy ½ k V0 ((V − V0)/V0)², k in MPa (a bulk modulus), V signed, so that an
-/// inverted element is pushed back. That energy is finite at V = 0; `inversion_guard_mpa` = g > 0 adds
-/// ⅓ g V0 (j − V/V0)³/j² below V/V0 = j = kGuardFrom: pressure −g at V = 0, growing without bound beyond. It is smooth
-/// (C²) and finite for every V, so that a solve may start from an inverted state; it resists inversion, it does not
-/// exclude it.
+/// A tetrahedron whose volume is kept: energy ½ k V0 ((V − V0)/V0)², k in MPa (a bulk modulus), V signed, so
+/// that an inverted element is pushed back. That energy is finite at V = 0; `inversion_guard_mpa` = g > 0
+/// adds ⅓ g V0 (j − V/V0)³/j² below V/V0 = j = kGuardFrom: pressure −g at V = 0, growing without bound
+/// beyond. It is smooth (C²) and finite for every V, so that a solve may start from an inverted state; it
+/// resists inversion, it does not exclude it.
 struct VolumeElement {
   int p[4] = {0, 0, 0, 0};         ///< positive volume at rest
   double rest_volume_mm3 = 1;      ///< > 0
@@ -39,11 +39,11 @@ struct VolumeElement {
 };
 
 /// The immutable recipe. Running state (positions, velocities) lives with the solvers.
-/// Invariant (see validate): indices in range, a != b, rest lengths and volumes > 0, all finite, coordinates within
-/// kFarthestMm.
+/// Invariant (see validate): indices in range, a != b, rest lengths and volumes > 0, all finite, coordinates
+/// within kFarthestMm.
 struct SpringNetwork {
-  std::vector<Vec3> rest;                ///< mm
-  std::vector<double> mass_g;            ///< per point
+  std::vector<Vec3> rest;      ///< mm
+  std::vector<double> mass_g;  ///< per point
   std::vector<Spring> springs;
   std::vector<VolumeElement> volumes;
 };
@@ -57,15 +57,16 @@ inline bool is_within_reach(const Vec3& p) {
 /// Errors name the first spring, volume or point that breaks the invariant.
 Result<void> validate(const SpringNetwork& network);
 
-/// Signed tension along the spring, N (positive pulls the ends together), its energy in N·mm, and dT/dL in N/mm:
-/// the exact derivatives of one energy, E(L0) = 0. Finite for every finite length ≥ 0: beyond the strain
-/// kStrainLimit the tension goes on along its tangent.
+/// Signed tension along the spring, N (positive pulls the ends together), its energy in N·mm, and dT/dL in
+/// N/mm: the exact derivatives of one energy, E(L0) = 0. Finite for every finite length ≥ 0: beyond the
+/// strain kStrainLimit the tension goes on along its tangent.
 struct SpringResponse {
   double energy, tension, slope;
 };
 SpringResponse respond(const Spring& spring, double length_mm);
 
-/// Fifty-one times its length, or a fifty-first of it: far outside tissue, and e^50 still squares to a finite number.
+/// Fifty-one times its length, or a fifty-first of it: far outside tissue, and e^50 still squares to a finite
+/// number.
 inline constexpr double kStrainLimit = 50.0;
 
 /// Energy in N·mm, its derivative dE/dV in MPa (negative when compressed) and d²E/dV² in MPa/mm³.

@@ -1,7 +1,7 @@
 // The energy of a spring network as a function of the positions of its points: value, forces, stiffness.
 //
-// Elements are evaluated in parallel into arrays of their own, then every point gathers its elements in a fixed order:
-// no two threads write the same place, and the sums have the same bits on any number of threads.
+// Elements are evaluated in parallel into arrays of their own, then every point gathers its elements in a
+// fixed order: no two threads write the same place, and the sums have the same bits on any number of threads.
 //
 //     springs (grouped by law)   volumes                  points
 //     [ T n | T n | T n | … ]    [ f1 f2 f3 | … ]   ─►    f[i] = Σ ± T n + Σ fc     (incidence lists)
@@ -14,11 +14,6 @@
 #include "turgor/tissue/network.hpp"
 
 namespace turgor {
-
-/// The Hessian of an element as it is, or made positive semi-definite element by element, so that a Newton step
-/// descends: springs lose the negative transverse stiffness of compression; volumes keep their stiffness along the
-/// gradient of V, and their pressure term p ∂²V is replaced, pair of corners by pair, by the nearest semi-definite one.
-enum class Convexity { exact, projected };
 
 /// K = axial n nᵀ + transverse (1 − n nᵀ) between the two ends, N/mm.
 struct SpringStiffness {
@@ -35,17 +30,21 @@ struct VolumeStiffness {
 };
 
 /// One linearisation: the blocks of all elements, in the order of the NetworkEnergy that made it.
+/// `projection` 0 is the Hessian as it is; 1 makes it positive semi-definite element by element, so that a
+/// Newton step descends: springs lose the negative transverse stiffness of compression; volumes keep their
+/// stiffness along the gradient of V, and their term p ∂²V is replaced, pair of corners by pair, by the
+/// nearest semi-definite one. Between, it is the mean of both.
 struct ElementStiffness {
-  Convexity convexity = Convexity::exact;
+  double projection = 0;
   std::vector<SpringStiffness> springs;
   std::vector<VolumeStiffness> volumes;
 };
 
-/// The block of corners a and b of one volume, by columns, N/mm.
-Mat3 volume_block(const VolumeStiffness& volume, int a, int b, Convexity convexity);
+/// The block of corners a and b of one volume, N/mm.
+Mat3 volume_block(const VolumeStiffness& volume, int a, int b, double projection);
 
-/// Prepared once for a network; every member is const and may be called from several threads with workspaces of
-/// their own. Spans are of length point_count(), mm and N.
+/// Prepared once for a network; every member is const and may be called from several threads with workspaces
+/// of their own. Spans are of length point_count(), mm and N.
 class NetworkEnergy {
  public:
   /// Forces of single elements, kept by the caller so that repeated calls allocate nothing.
@@ -61,8 +60,8 @@ class NetworkEnergy {
   [[nodiscard]] double value(std::span<const Vec3> positions) const;
   /// Fills `forces` with the exact negative gradient; returns the energy.
   double forces(std::span<const Vec3> positions, std::span<Vec3> forces, Workspace& workspace) const;
-  /// Per-element blocks of the Hessian at `positions`.
-  void linearise(std::span<const Vec3> positions, Convexity convexity, ElementStiffness& stiffness) const;
+  /// Per-element blocks of the Hessian at `positions`; `projection` from 0 to 1.
+  void linearise(std::span<const Vec3> positions, double projection, ElementStiffness& stiffness) const;
   /// `out` = K v: the Hessian times a displacement, element by element.
   void multiply(const ElementStiffness& stiffness, std::span<const Vec3> v, std::span<Vec3> out,
                 Workspace& workspace) const;

@@ -8,9 +8,9 @@
 
 namespace turgor {
 
-/// Rows and columns are the unknown points in the order given, all other points being held. Both triangles are stored;
-/// columns ascend within a row; every row has its diagonal block. The pattern is made once, assemble() refills it in
-/// parallel, row by row, in a fixed order.
+/// Rows and columns are the unknown points in the order given, all other points being held. Both triangles
+/// are stored; columns ascend within a row; every row has its diagonal block. The pattern is made once,
+/// assemble() refills it in parallel, row by row, in a fixed order.
 class StiffnessMatrix {
  public:
   /// `unknowns`: point numbers, each at most once.
@@ -35,7 +35,8 @@ class StiffnessMatrix {
 
   std::vector<int> unknowns_, row_of_point_;
   std::vector<int> offsets_, columns_, diagonal_;
-  // Where each element at a row's point adds its blocks: one slot per other corner, -1 where that corner is held.
+  // Where each element at a row's point adds its blocks: one slot per other corner, -1 where that corner is
+  // held.
   std::vector<int> slot_offsets_, slots_;
   std::vector<Mat3> blocks_;
 };

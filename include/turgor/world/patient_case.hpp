@@ -38,7 +38,8 @@ struct AttachmentEdit {
 class PatientCase {
  public:
   /// Reads the scan and builds head, landmarks and tissue. Errors as read_scan, build_head and build_tissue.
-  static Result<PatientCase> open(const std::filesystem::path& scan, const CaseOptions& options, Context& context);
+  static Result<PatientCase> open(const std::filesystem::path& scan, const CaseOptions& options,
+                                  Context& context);
 
   [[nodiscard]] const std::filesystem::path& scan_path() const { return scan_path_; }
   [[nodiscard]] const CaseOptions& options() const { return options_; }

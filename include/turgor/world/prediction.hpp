@@ -32,32 +32,34 @@ struct LandmarkShift {
 /// Movement of a soft-tissue landmark along the movement of the bone landmark under it.
 struct SoftToHard {
   std::string soft, hard;
-  double soft_mm = 0;   ///< component along the bone's movement
-  double hard_mm = 0;   ///< length of the bone's movement
+  double soft_mm = 0;  ///< component along the bone's movement
+  double hard_mm = 0;  ///< length of the bone's movement
   [[nodiscard]] double ratio() const { return soft_mm / hard_mm; }
 };
 
 struct Prediction {
   Solver solver = Solver::network;
-  std::vector<Vec3> tissue_points;       ///< the layered tissue's points after surgery
-  TriMesh skin;                          ///< triangles and order of points as PatientCase::skin()
-  std::vector<float> displacement_mm;    ///< per point of skin
+  std::vector<Vec3> tissue_points;     ///< the layered tissue's points after surgery
+  TriMesh skin;                        ///< triangles and order of points as PatientCase::skin()
+  std::vector<float> displacement_mm;  ///< per point of skin
   std::vector<LandmarkShift> landmarks;
-  std::vector<SoftToHard> ratios;        ///< where the bone moved by more than half a millimetre
+  std::vector<SoftToHard> ratios;  ///< where the bone moved by more than half a millimetre
   int inverted_prisms = 0;
-  double largest_stretch = 1;            ///< of the skin's edges, new over old length
+  double largest_stretch = 1;  ///< of the skin's edges, new over old length
   int points = 0, springs = 0, volumes = 0;
   double setup_seconds = 0, solve_seconds = 0;
-  EquilibriumResult equilibrium;         ///< of `network`; its positions are moved to tissue_points
+  EquilibriumResult equilibrium;  ///< of `network`; its positions are moved to tissue_points
 };
 
-/// What the plan prescribes for the tissue: attached inner ends on moved bone move with it, those on unmoved bone and the
-/// rim of the region stay, free ones that moved bone reaches are pushed ahead of it. Error: nothing moves.
+/// What the plan prescribes for the tissue: attached inner ends on moved bone move with it, those on unmoved
+/// bone and the rim of the region stay, free ones that moved bone reaches are pushed ahead of it. Error:
+/// nothing moves.
 Result<PrescribedMotion> prescribed_motion(const PatientCase& patient);
 
-/// Errors: nothing moves; bone comes through the skin, or the skin is stretched beyond what skin bears (names the
-/// segment); the equilibrium is not reached.
-Result<Prediction> predict(const PatientCase& patient, Solver solver, const SolverOptions& options, Context& context);
+/// Errors: nothing moves; bone comes through the skin, or the skin is stretched beyond what skin bears (names
+/// the segment); the equilibrium is not reached.
+Result<Prediction> predict(const PatientCase& patient, Solver solver, const SolverOptions& options,
+                           Context& context);
 
 /// Distance between two predictions over the skin, mm.
 struct SkinDistance {

@@ -26,8 +26,8 @@ struct BandResult {
   double ratio;
   [[nodiscard]] bool inside() const { return ratio >= band->low && ratio <= band->high; }
 };
-/// The operation whose segment moves by more than half a millimetre, in one of the directions the bands are known for;
-/// nothing for plans of several or other movements.
+/// The operation whose segment moves by more than half a millimetre, in one of the directions the bands are
+/// known for; nothing for plans of several or other movements.
 std::vector<BandResult> judge(const PatientCase& patient, const Prediction& prediction);
 
 }  // namespace turgor

@@ -27,10 +27,10 @@ std::uint32_t load_big32(Bytes b, std::size_t at) {
 bool decode_plane(Bytes coded, std::size_t at, int shift, Samples& out) {
   std::size_t done = 0;
   while (done < out.size() && at < coded.size()) {
-    const int control = static_cast<std::int8_t>(coded[at++]);
-    if (control == -128) continue;
-    const bool literal = control >= 0;
-    const auto run = static_cast<std::size_t>(literal ? control + 1 : 1 - control);
+    const auto control = static_cast<std::size_t>(coded[at++]);
+    if (control == 128) continue;
+    const bool literal = control < 128;
+    const std::size_t run = literal ? control + 1 : 257 - control;
     const std::size_t source = literal ? run : 1;
     if (source > coded.size() - at) return false;
     const std::size_t used = std::min(run, out.size() - done);

@@ -70,6 +70,7 @@ std::vector<DicomSeries> group(std::vector<DicomFileOutcome>& outcomes) {
     series.info.slices = static_cast<int>(series.slices.size());
   }
   std::vector<DicomSeries> all;
+  all.reserve(groups.size());
   for (auto& [key, series] : groups) all.push_back(std::move(series));
   const auto rank = [](const DicomSeries& s) {
     return std::tuple(s.info.modality != "CT", s.localizer, -s.info.slices, s.info.uid);

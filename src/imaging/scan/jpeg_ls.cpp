@@ -224,7 +224,8 @@ class ScanDecoder {
 
   int decode_regular(int q, int prediction) {
     const int sign = q < 0 ? -1 : 1;
-    Context& c = contexts_[static_cast<std::size_t>(q * sign)];
+    q *= sign;
+    Context& c = contexts_[static_cast<std::size_t>(q)];
     prediction = std::clamp(prediction + sign * static_cast<int>(c.c), 0, p_.maxval);
     const int k = golomb_parameter(c.n, c.a);
     const std::int64_t mapped = golomb(k, limit_);
@@ -277,7 +278,7 @@ class ScanDecoder {
 
   int decode_interruption(int ra, int rb) {
     const int type = std::abs(ra - rb) <= p_.near ? 1 : 0;
-    Context& c = contexts_[static_cast<std::size_t>(365 + type)];
+    Context& c = contexts_[type == 0 ? 365 : 366];
     std::int64_t& negative = c.b;  // Nn: how often the error was negative
     const int k = golomb_parameter(c.n, type == 0 ? c.a : c.a + (c.n >> 1));
     const std::int64_t mapped = golomb(k, limit_ - kJ[run_index_] - 1);

@@ -68,7 +68,7 @@ fs::path header_of_pair(const fs::path& path) {
   if (lower_extension(stem) != ".img") return path;
   std::error_code code;
   for (const char* ending : {".hdr", ".hdr.gz", ".HDR"}) {
-    const fs::path header = fs::path(stem).replace_extension(ending);
+    fs::path header = fs::path(stem).replace_extension(ending);
     if (fs::is_regular_file(header, code)) return header;
   }
   return path;

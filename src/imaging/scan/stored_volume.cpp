@@ -144,9 +144,10 @@ Result<void> resample_sheared(StoredVolume& stored, const std::filesystem::path&
   const auto rows = static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
   parallel_for(rows, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
-      const double j = static_cast<double>(r % static_cast<std::size_t>(size[1]));
-      const double k = static_cast<double>(r / static_cast<std::size_t>(size[1]));
-      const Vec3 p = frame.direction * (box.lower + Vec3{0, j * spacing.y, k * spacing.z});
+      const std::size_t k = r / static_cast<std::size_t>(size[1]),
+                        j = r - k * static_cast<std::size_t>(size[1]);
+      const Vec3 offset{0, static_cast<double>(j) * spacing.y, static_cast<double>(k) * spacing.z};
+      const Vec3 p = frame.direction * (box.lower + offset);
       resample_row(stored, to_stored * p, size[0], voxels.data() + r * static_cast<std::size_t>(size[0]));
     }
   });
