@@ -11,8 +11,8 @@ constexpr double kCutMarginMm = 1.5;
 constexpr double kFurrowReachMm = 2.5;
 /// … exists where it is deeper than this in the midline …
 constexpr double kFurrowMm = 0.3;
-/// … and ends where it is shallower than this. (0.3 mm before the scanner's blur.)
-constexpr double kFurrowEndMm = 0.2;
+/// … and ends where it is shallower than this. (Blur and smoothing take half of it.)
+constexpr double kFurrowEndMm = 0.15;
 /// The wings' walls are steeper than this (mm deeper per mm to the side) in the view from the front.
 constexpr double kWallSlope = 2.0;
 

@@ -34,7 +34,8 @@ class Ellipsoid final : public Shape {
       const Vec3 n{1 / (t + squares_.x), 1 / (t + squares_.y), 1 / (t + squares_.z)};
       const double a = rq.x * n.x, b = rq.y * n.y, c = rq.z * n.z;
       const double aa = a * a, bb = b * b, cc = c * c, sum = aa + bb + cc;
-      const double next = std::max(t + (std::sqrt(sum) - 1) * sum / (aa * n.x + bb * n.y + cc * n.z), left);
+      const double fall = aa * n.x + bb * n.y + cc * n.z;
+      const double next = fall > 0 ? std::max(t + (std::sqrt(sum) - 1) * sum / fall, left) : left;
       const double change = std::abs(next - t);
       t = next;
       if (!(change > 1e-7 * (least_ * least_ + t))) break;  // the next step would be below rounding

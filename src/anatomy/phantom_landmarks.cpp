@@ -108,7 +108,7 @@ class LandmarkSearch {
   void skull() {
     found_["nasion"] = midline(Part::skull, fixed({0, -87, 26}), 8, true);
     found_["ans"] = midline(Part::skull, fixed({0, -88, -25}), 4, false);
-    found_["a_point"] = midline(Part::skull, fixed({0, -85, -33}), 6, true);
+    found_["a_point"] = midline(Part::skull, fixed({0, -86, -31}), 4.5, true);
     found_["upper_incisor"] = Window(parts_, Part::upper_teeth, fixed({4.35, -91, -49}), -up, front)
                                   .extreme(0.5 * size_, 3 * size_);
     found_["zygion_left"] =

@@ -85,7 +85,7 @@ double PosedParts::soft_share(const Vec3& q) const {
   // The lip line of a retruded jaw stays with the upper teeth, whose edges it has to cover.
   const bool forward = parameters_.jaw_protrusion_mm >= 0;
   const double lips = forward ? smooth_step(-34, -60, q.z) : smooth_step(-44, -68, q.z);
-  return smooth_step(body_back, body_front, q.y) * lips * smooth_step(-160, -100, q.z);
+  return smooth_step(body_back, body_front, q.y) * lips * smooth_step(-128, -98, q.z);
 }
 
 // Where a point lay before the jaw grew forward, along the occlusal plane.
@@ -100,7 +100,7 @@ double PosedParts::thickening(const Vec3& q) const {
   t += 10 * gaussian(q, {38, -58, -38}, 17) + 5 * gaussian(q, {48, -22, -45}, 18) +
        2.5 * gaussian(q, {30, -80, -10}, 14);
   t += 5.5 * gaussian(q, {0, -104, -34}, 14) + 5 * gaussian(q, {0, -98, -70}, 14);
-  t -= 2.5 * gaussian(q, {0, -104, 2}, 13) + 1.5 * gaussian(q, {0, -118, -14}, 10);
+  t -= 2.5 * gaussian(q, {0, -104, 2}, 13) + 4.5 * gaussian(q, {0, -106, -17}, 13);
   t -= 3.5 * gaussian(q, {31, -88, 12}, 12);
   t -= 4.5 * gaussian(q, {0, -104, -47}, 7) + 4 * gaussian(q, {18, -98, -47}, 7);
   // The auricles keep their thickness.

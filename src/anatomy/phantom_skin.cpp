@@ -41,6 +41,7 @@ void join_neck(Field& f) {
 void join_eyes(Field& f) {
   f.cut(ellipsoid({30, -97.5, 12}, {17, 12.5, 12.5}), 12, Side::both);
   f.join(ellipsoid(eye_centre + Vec3{0, 0.3, -0.5}, {14.5, 14, 13.5}), 5, Side::both);
+  f.join(ellipsoid({45.5, -65, 15.5}, {8, 9.5, 13}), 9, Side::both);  // over the lateral rim
   // The crease over the upper lid, and the line where the closed lids meet.
   f.cut(sweep({{{19, -84.5, 15.5}, 0.3},
                {{24, -85.3, 20}, 0.8},

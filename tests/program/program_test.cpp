@@ -109,13 +109,13 @@ TEST_F(Program, MistakesWithPathsAndCommandsAreNamed) {
   expect_refusal(predict(dicom(), root() / "bad.turgor"), "bad.turgor:2:1");
   expect_refusal(predict(dicom(), root() / "bad.turgor"), "setback");
   expect_refusal("predikt x", "predict");
-  expect_refusal("predict", "scan");
+  expect_refusal("predict", "lacks SCAN");
 }
 
 TEST_F(Program, DamagedSeriesAreRefusedWithTheFileOrTheGap) {
   const fs::path gap = copy_of_series("gap");
   fs::remove(slice(gap, 0));
-  expect_refusal(predict(gap, plan()), "missing");
+  expect_refusal(predict(gap, plan()), "lacks 1 slice");
   const fs::path twice = copy_of_series("twice");
   // The same position under another name and instance is a slice too many, not a copy of a file: so take a
   // true copy.
