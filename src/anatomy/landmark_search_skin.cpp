@@ -115,7 +115,7 @@ class SkinSearch {
     if (closed) {
       set("stomion", skin_.from_front(0, z));
       set("labrale_inferius", foremost(midline(z - 13 * s_, z - 1 * s_)));
-      for (const int side : {1, -1}) corner(side, z);
+      corners(z);
     }
     upper_lip(base, closed ? z : std::max(low, lowest_ + 1), closed);
   }
@@ -138,21 +138,30 @@ class SkinSearch {
     set("soft_a_point", furthest_behind(midline(lip->z, base.z), *lip, base));
   }
 
-  void corner(int side, double height) {
-    std::optional<Vec3> last;
+  /// Both corners at once: the furrow fades so slowly that only the mean of both sides tells where it ends.
+  void corners(double height) {
+    double heights[2] = {height, height};
+    std::optional<Vec3> last[2];
     int missed = 0;
     for (double x = 4 * s_; x < 40 * s_ && missed < 9; x += 0.5) {
-      double depth = 0;
-      const double z = deepest_furrow(side * x, height - 2 * s_, height + 2 * s_, depth);
-      if (depth < kFurrowEndMm * s_) {
+      double z[2], depths[2];
+      for (int side = 0; side < 2; ++side) {
+        z[side] =
+            deepest_furrow(side == 0 ? x : -x, heights[side] - 2 * s_, heights[side] + 2 * s_, depths[side]);
+      }
+      if (0.5 * (depths[0] + depths[1]) < kFurrowEndMm * s_) {
         ++missed;
         continue;
       }
       missed = 0;
-      height = z;
-      last = skin_.from_front(side * x, z);
+      for (int side = 0; side < 2; ++side) {
+        heights[side] = z[side];
+        last[side] = skin_.from_front(side == 0 ? x : -x, z[side]);
+      }
     }
-    if (last && side * last->x > 12 * s_) set(side > 0 ? "cheilion_left" : "cheilion_right", last);
+    if (!last[0] || !last[1] || last[0]->x < 12 * s_) return;
+    set("cheilion_left", last[0]);
+    set("cheilion_right", last[1]);
   }
 
   void chin() {
