@@ -88,7 +88,7 @@ Result<void> first_pass(const SurfaceQuery& bone, const TissueOptions& options, 
                                         options.least_thickness_mm * 0.5, options.greatest_thickness_mm);
       if (!found) continue;
       columns.depth[i] = std::max(found->distance, options.least_thickness_mm);
-      tissue.ends[i] = found->surface == 0 ? ColumnEnd::skull : ColumnEnd::mandible;
+      tissue.ends[i] = found->surface == 1 ? ColumnEnd::mandible : ColumnEnd::skull;
     }
   });
   const auto misses = std::count(tissue.ends.begin(), tissue.ends.end(), ColumnEnd::none);
@@ -342,7 +342,7 @@ Result<LayeredTissue> build_tissue(const Head& head, const Landmarks& landmarks,
 
   tissue.sheets = static_cast<int>(sheet_depths(options, 1).size());
   const PointAdjacency adjacency = point_adjacency(tissue.surface);
-  const SurfaceQuery bone({&head.skull, &head.mandible});
+  const SurfaceQuery bone({&head.skull, &head.mandible, &head.rami});
   Columns columns = aim(region, tissue);
   TURGOR_CHECK(first_pass(bone, options, tissue, columns));
   second_pass(tissue, adjacency, columns);

@@ -55,7 +55,8 @@ void join_orbital_rims(Field& f) {
 void join_midface(Field& f) {
   // Nasal bones, the frontal processes beside them, the rim of the piriform opening.
   f.join(sweep({{{1.5, -83.2, 27}, 4.6}, {{1.7, -88.3, 15}, 4.2}, {{2.2, -96.8, 4.5}, 3.3}}), 5, Side::both);
-  f.join(sweep({{{7.5, -82.5, 22}, 3.6}, {{9, -86.3, 5}, 2.8},
+  f.join(sweep({{{7.5, -82.5, 22}, 3.6},
+                {{9, -86.3, 5}, 2.8},
                 {{13, -84.5, -8}, 3.5},
                 {{13.5, -83.5, -18}, 3.5},
                 {{9, -82.5, -25}, 3.5},

@@ -24,7 +24,13 @@ PatientCase::PatientCase(Scan&& scan, Head&& head)
 Result<PatientCase> PatientCase::open(const std::filesystem::path& path, const CaseOptions& options,
                                       Context& context) {
   TURGOR_TRY(Scan scan, read_scan(path, options.scan, context));
-  TURGOR_TRY(Head head, build_head(scan, options.head, context));
+  auto built = build_head(scan, options.head, context);
+  if (!built) {
+    Error error = built.error();
+    if (error.where.empty()) error.where = path.string();
+    return error;
+  }
+  Head head = *std::move(built);
   if (options.midsagittal) head.midsagittal = *options.midsagittal;
   PatientCase patient(std::move(scan), std::move(head));
   patient.scan_path_ = path;

@@ -56,7 +56,8 @@ TEST(Implicit, EllipsoidDistanceIsThatOfTheNearestOfManySurfacePoints) {
   for (int i = 0; i <= 400; ++i) {
     for (int j = 0; j < 800; ++j) {
       const double u = 3.14159265358979 * i / 400, v = 6.28318530717959 * j / 800;
-      surface.push_back({radii.x * std::sin(u) * std::cos(v), radii.y * std::sin(u) * std::sin(v), radii.z * std::cos(u)});
+      surface.push_back(
+          {radii.x * std::sin(u) * std::cos(v), radii.y * std::sin(u) * std::sin(v), radii.z * std::cos(u)});
     }
   }
   Points points(3);
@@ -166,9 +167,12 @@ TEST(Implicit, SidesMirrorAShape) {
 // Everything that makes the head quick rests on this: leaving out what cannot matter changes no bit.
 TEST(Implicit, FieldsIndexedByCellsGiveTheSameBitsAsWholeOnes) {
   const phantom::Fit fit;
-  const std::vector<std::pair<const char*, Field>> fields{
-      {"skin", phantom::skin()},         {"skull", phantom::skull_bone(fit)}, {"mandible", phantom::mandible_bone(fit)},
-      {"teeth", phantom::upper_teeth(fit)}, {"air", phantom::air_spaces()},   {"muscles", phantom::muscles()}};
+  const std::vector<std::pair<const char*, Field>> fields{{"skin", phantom::skin()},
+                                                          {"skull", phantom::skull_bone(fit)},
+                                                          {"mandible", phantom::mandible_bone(fit)},
+                                                          {"teeth", phantom::upper_teeth(fit)},
+                                                          {"air", phantom::air_spaces()},
+                                                          {"muscles", phantom::muscles()}};
   for (const auto& [name, field] : fields) {
     const IndexedField indexed(field, head, 8);
     Points points(11);
