@@ -173,12 +173,12 @@ class SkinSearch {
     set("soft_pogonion", pogonion);
     set("soft_b_point", hollow(midline(pogonion->z, lip)));
     if (!bone_.contains("menton")) return;
-    std::optional<Vec3> menton;
+    std::vector<ProfilePoint> underside;
     for (double y = pogonion->y + 3 * s_; y < pogonion->y + 28 * s_; y += 0.25) {
       const auto p = skin_.from_below(0, y);
-      if (p && (!menton || p->z < menton->z)) menton = p;
+      underside.push_back({y, p.value_or(Vec3{}), p.has_value()});
     }
-    set("soft_menton", menton);
+    set("soft_menton", middle_of_least(underside, [](const Vec3& p) { return p.z; }));
   }
 
   const FaceProbe& skin_;

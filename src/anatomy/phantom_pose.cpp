@@ -50,13 +50,26 @@ PosedParts::PosedParts(const PhantomParameters& parameters) : parameters_(parame
   put(Part::brain, std::move(brain));
   put(Part::cartilage, cartilage());
   put(Part::holder, head_holder());
-  // The shares change by at most 1.875/32 per mm in each of two directions, the thickening by less than 0.8.
-  const double warp = 1 + std::abs(parameters.jaw_protrusion_mm) / parameters.size * 2.2 / 32;
+  // Steepest slope per mm of the shares below: 1.875 over the width of each step, of those that overlap.
+  constexpr double bone_slope = 0.081, soft_slope = 0.108;
+  const double shift =
+      std::abs(parameters.jaw_protrusion_mm) / parameters.size * std::hypot(1, occlusal_slope);
   for (std::size_t i = 0; i < part_count; ++i) {
-    const auto part = static_cast<Part>(i);
-    const bool fixed =
-        part == Part::skull || part == Part::upper_teeth || part == Part::brain || part == Part::holder;
-    stretch_[i] = fixed ? 1 : warp;
+    switch (static_cast<Part>(i)) {
+      case Part::mandible:
+      case Part::lower_teeth:
+        stretch_[i] = 1 + shift * bone_slope;
+        break;
+      case Part::skin:
+      case Part::air:
+      case Part::muscle:
+      case Part::cartilage:
+        stretch_[i] = 1 + shift * soft_slope;
+        break;
+      default:
+        stretch_[i] = 1;
+        break;
+    }
   }
   thickening_slope_[static_cast<std::size_t>(Part::skin)] = 0.8 * std::abs(parameters.thickness - 1);
 }
@@ -82,10 +95,9 @@ double PosedParts::bone_share(const Vec3& q) const {
 }
 
 double PosedParts::soft_share(const Vec3& q) const {
-  // The lip line of a retruded jaw stays with the upper teeth, whose edges it has to cover.
-  const bool forward = parameters_.jaw_protrusion_mm >= 0;
-  const double lips = forward ? smooth_step(-34, -60, q.z) : smooth_step(-44, -68, q.z);
-  return smooth_step(body_back, body_front, q.y) * lips * smooth_step(-128, -98, q.z);
+  // The upper lip stays, the lower goes with the chin for the most part; below the chin all fades into the
+  // neck.
+  return smooth_step(body_back, body_front, q.y) * smooth_step(-39, -60, q.z) * smooth_step(-128, -98, q.z);
 }
 
 // Where a point lay before the jaw grew forward, along the occlusal plane.

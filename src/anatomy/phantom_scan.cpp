@@ -90,92 +90,122 @@ class CellWalk {
   double margin_;
 };
 
-/// Hounsfield numbers by supersampling: in each sample the layers cover by the distance of their outline.
-struct HounsfieldSink {
-  const PosedParts& parts;
-  const Grid& grid;
-  std::vector<float>& out;
-  Index3 samples;
-  double width;  // of a sample, mm
+/// Hounsfield numbers by supersampling: mixed voxels are divided like the cells above them, down to small
+/// boxes of 2 × 2 × 2 samples, in each of which the layers cover by the distance of their outline.
+class HounsfieldSink {
+ public:
+  HounsfieldSink(const PosedParts& parts, const Grid& grid, std::vector<float>& out)
+      : parts_(parts),
+        grid_(grid),
+        out_(out),
+        largest_box_(std::max(1.2, 0.5 * std::min(grid.spacing.x, grid.spacing.z))) {}
 
-  HounsfieldSink(const PosedParts& p, const Grid& g, std::vector<float>& o)
-      : parts(p), grid(g), out(o), samples{}, width(1) {
-    for (int a = 0; a < 3; ++a) {
-      samples[static_cast<std::size_t>(a)] = std::max(2, static_cast<int>(std::ceil(g.spacing[a] / 0.55)));
-      width *= g.spacing[a] / samples[static_cast<std::size_t>(a)];
-    }
-    width = std::cbrt(width);
-  }
-  [[nodiscard]] double margin() const { return 0.5 * width; }
+  /// Half a sample's width: so far beyond its centre an outline counts in a sample.
+  [[nodiscard]] double margin() const { return 0.25 * largest_box_; }
   void constant(const Cell& cell, int layer, TissueProbe&, double) {
     const auto value = static_cast<float>(TissueProbe::layers[static_cast<std::size_t>(layer)].hounsfield);
     for (int k = cell.from[2]; k < cell.to[2]; ++k) {
       for (int j = cell.from[1]; j < cell.to[1]; ++j) {
-        const std::size_t row = grid.offset(0, j, k);
-        std::fill(out.begin() + static_cast<std::ptrdiff_t>(row) + cell.from[0],
-                  out.begin() + static_cast<std::ptrdiff_t>(row) + cell.to[0], value);
+        const std::size_t row = grid_.offset(0, j, k);
+        std::fill(out_.begin() + static_cast<std::ptrdiff_t>(row) + cell.from[0],
+                  out_.begin() + static_cast<std::ptrdiff_t>(row) + cell.to[0], value);
       }
     }
   }
-  void mixed(const Index3& voxel, std::uint32_t active, TissueProbe& centre, const LocalFields* local) {
-    float& to = out[grid.offset(voxel[0], voxel[1], voxel[2])];
-    if (samples == Index3{2, 2, 2}) {
-      to = static_cast<float>(eighths(voxel, active, centre, local));
-      return;
-    }
-    double sum = 0;
-    for (int c = 0; c < samples[2]; ++c) {
-      for (int b = 0; b < samples[1]; ++b) {
-        for (int a = 0; a < samples[0]; ++a) sum += covered(outlines(voxel, a, b, c, active, local), active);
-      }
-    }
-    to = static_cast<float>(sum / (samples[0] * samples[1] * samples[2]));
+  void mixed(const Index3& voxel, std::uint32_t active, TissueProbe& probe, const LocalFields* local) {
+    const Vec3 middle{static_cast<double>(voxel[0]), static_cast<double>(voxel[1]),
+                      static_cast<double>(voxel[2])};
+    out_[grid_.offset(voxel[0], voxel[1], voxel[2])] =
+        static_cast<float>(mean(grid_.to_patient(middle), grid_.spacing, active, probe, local));
   }
 
  private:
   using Outlines = std::array<double, layer_count>;
 
+  // Mean over a box with `active` layers, `probe` at its middle.
+  double mean(const Vec3& middle, const Vec3& size, std::uint32_t active, TissueProbe& probe,
+              const LocalFields* local) const {
+    if (std::max({size.x, size.y, size.z}) <= largest_box_)
+      return eighths(middle, size, active, probe, local);
+    Index3 parts{};
+    Vec3 part = size;
+    for (std::size_t a = 0; a < 3; ++a) {
+      parts[a] = size[static_cast<int>(a)] > largest_box_ ? 2 : 1;
+      part[static_cast<int>(a)] /= parts[a];
+    }
+    double sum = 0;
+    for (int k = 0; k < parts[2]; ++k) {
+      for (int j = 0; j < parts[1]; ++j) {
+        for (int i = 0; i < parts[0]; ++i) {
+          const Vec3 at =
+              middle - size * 0.5 + Vec3{(i + 0.5) * part.x, (j + 0.5) * part.y, (k + 0.5) * part.z};
+          sum += narrowed(at, part, active, local);
+        }
+      }
+    }
+    return sum / (parts[0] * parts[1] * parts[2]);
+  }
+
+  // The same, once the layers that do not reach the box are dropped.
+  double narrowed(const Vec3& middle, const Vec3& size, std::uint32_t active,
+                  const LocalFields* local) const {
+    TissueProbe probe(parts_, middle, local);
+    const double radius = 0.5 * length(size);
+    std::uint32_t still = 0;
+    for (int l = 0; l < layer_count; ++l) {
+      if ((active >> l & 1) == 0) continue;
+      const double outline = probe.outline(l), reach = probe.lipschitz(l, radius) * radius + margin();
+      if (outline > reach) continue;
+      if (outline < -reach && still == 0) return TissueProbe::layers[static_cast<std::size_t>(l)].hounsfield;
+      still |= 1u << l;
+      if (outline < -reach) break;
+    }
+    return mean(middle, size, still, probe, local);
+  }
+
   // The mean of 2 × 2 × 2 samples. Four of them, a tetrahedron, fix a linear outline; where the middle of the
-  // voxel agrees with it the other four follow, else they are evaluated.
-  double eighths(const Index3& voxel, std::uint32_t active, TissueProbe& centre,
+  // box agrees with it the other four follow, else they are evaluated.
+  double eighths(const Vec3& middle, const Vec3& size, std::uint32_t active, TissueProbe& centre,
                  const LocalFields* local) const {
-    constexpr std::array<Index3, 4> corners{{{1, 1, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    constexpr std::array<Index3, 4> corners{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}};
+    const double width = 0.5 * std::cbrt(size.x * size.y * size.z);
+    const auto offset = [&](const Index3& c) {
+      return Vec3{0.25 * size.x * c[0], 0.25 * size.y * c[1], 0.25 * size.z * c[2]};
+    };
     std::array<Outlines, 4> at;
-    Outlines mean{};
+    Outlines centroid{};
     double sum = 0;
     for (std::size_t c = 0; c < 4; ++c) {
-      at[c] = outlines(voxel, corners[c][0], corners[c][1], corners[c][2], active, local);
-      for (std::size_t l = 0; l < layer_count; ++l) mean[l] += 0.25 * at[c][l];
-      sum += covered(at[c], active);
+      at[c] = outlines(middle + offset(corners[c]), active, local);
+      for (std::size_t l = 0; l < layer_count; ++l) centroid[l] += 0.25 * at[c][l];
+      sum += covered(at[c], active, width);
     }
     bool straight = true;
     for (int l = 0; l < layer_count; ++l) {
       if ((active >> l & 1) == 0) continue;
-      straight = straight && std::abs(mean[static_cast<std::size_t>(l)] - centre.outline(l)) < 0.02 * width;
+      straight =
+          straight && std::abs(centroid[static_cast<std::size_t>(l)] - centre.outline(l)) < 0.02 * width;
     }
     for (std::size_t c = 0; c < 4; ++c) {
       Outlines opposite;
       if (straight) {
-        for (std::size_t l = 0; l < layer_count; ++l) opposite[l] = 2 * mean[l] - at[c][l];
+        for (std::size_t l = 0; l < layer_count; ++l) opposite[l] = 2 * centroid[l] - at[c][l];
       } else {
-        opposite = outlines(voxel, 1 - corners[c][0], 1 - corners[c][1], 1 - corners[c][2], active, local);
+        opposite = outlines(middle - offset(corners[c]), active, local);
       }
-      sum += covered(opposite, active);
+      sum += covered(opposite, active, width);
     }
     return sum / 8;
   }
-  Outlines outlines(const Index3& voxel, int a, int b, int c, std::uint32_t active,
-                    const LocalFields* local) const {
-    const Vec3 index{voxel[0] + (a + 0.5) / samples[0] - 0.5, voxel[1] + (b + 0.5) / samples[1] - 0.5,
-                     voxel[2] + (c + 0.5) / samples[2] - 0.5};
-    TissueProbe probe(parts, grid.to_patient(index), local);
+  Outlines outlines(const Vec3& p, std::uint32_t active, const LocalFields* local) const {
+    TissueProbe probe(parts_, p, local);
     Outlines values{};
     for (int l = 0; l < layer_count; ++l) {
       if ((active >> l & 1) != 0) values[static_cast<std::size_t>(l)] = probe.outline(l);
     }
     return values;
   }
-  [[nodiscard]] double covered(const Outlines& outline, std::uint32_t active) const {
+  [[nodiscard]] static double covered(const Outlines& outline, std::uint32_t active, double width) {
     double value = 0, open = 1;
     for (std::size_t l = 0; l < layer_count && open > 0; ++l) {
       if ((active >> l & 1) == 0) continue;
@@ -185,6 +215,11 @@ struct HounsfieldSink {
     }
     return value + open * TissueProbe::layers.back().hounsfield;
   }
+
+  const PosedParts& parts_;
+  const Grid& grid_;
+  std::vector<float>& out_;
+  double largest_box_;
 };
 
 struct LabelSink {

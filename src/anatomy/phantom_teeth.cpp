@@ -100,7 +100,7 @@ class Tooth final : public Shape {
     const double u = m / (0.5 * plan_.width), v = b / (0.5 * plan_.depth);
     switch (plan_.kind) {
       case Kind::incisor:
-        return 0;
+        return 0.25 * u * u + 0.5 * v * v;
       case Kind::canine:
         return 1.6 * (std::sqrt(u * u + 0.05) - 0.22);
       case Kind::premolar:

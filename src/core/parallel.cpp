@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 
 #include <memory>
 
@@ -27,7 +28,12 @@ void set_thread_count(int count) {
 }
 
 void detail::parallel_chunks(std::size_t chunks, const std::function<void(std::size_t)>& body) {
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) { body(c); });
+  // Workers keep the floating-point mode of whoever woke them first, and Embree flushes denormals: ours is
+  // handed on with every loop, or the bits would depend on which thread does the work.
+  tbb::task_group_context context(tbb::task_group_context::bound, tbb::task_group_context::default_traits |
+                                                                      tbb::task_group_context::fp_settings);
+  tbb::parallel_for(
+      std::size_t{0}, chunks, [&](std::size_t c) { body(c); }, context);
 }
 
 }  // namespace turgor

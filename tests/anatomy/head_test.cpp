@@ -151,7 +151,8 @@ TEST(Head, MandibleIsCutFreeWhereCondylesAndTeethTouchTheSkull) {
   const SurfaceQuery cut(head.mandible_cut);
   EXPECT_TRUE(cut.nearest(truth.at("condylion_left").point, 8));
   EXPECT_TRUE(cut.nearest(truth.at("condylion_right").point, 8));
-  EXPECT_TRUE(std::any_of(context.notices().begin(), context.notices().end(),
+  const std::vector<Notice> notices = context.notices();
+  EXPECT_TRUE(std::any_of(notices.begin(), notices.end(),
                           [](const Notice& n) { return n.text.find("cut free") != std::string::npos; }));
 }
 

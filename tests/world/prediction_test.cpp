@@ -76,7 +76,7 @@ TEST(Predict, ASetbackOnThePhantomTakesTheSoftChinAlong) {
   EXPECT_TRUE(judged);
   // The upper face stays.
   EXPECT_LT(length(shift_of(*p, "pronasale").after - shift_of(*p, "pronasale").before), 1.0);
-  EXPECT_LT(length(shift_of(*p, "soft_nasion").after - shift_of(*p, "soft_nasion").before), 0.05);
+  EXPECT_LT(length(shift_of(*p, "soft_nasion").after - shift_of(*p, "soft_nasion").before), 0.1);
 }
 
 TEST(Predict, TheChainAgreesInDirectionAndKeepsTheUpperFace) {
