@@ -47,8 +47,15 @@ Result<void> run_predict(const Invocation& arguments, const std::string& command
   TURGOR_CHECK(apply_operations(plan, patient));
   std::vector<Prediction> predictions;
   for (const Solver solver : solvers_of(arguments)) {
-    TURGOR_TRY(Prediction prediction, predict(patient, solver, solvers, context));
-    predictions.push_back(std::move(prediction));
+    auto prediction = predict(patient, solver, solvers, context);
+    if (prediction) {
+      predictions.push_back(*std::move(prediction));
+    } else if (predictions.empty() || prediction.error().kind == ErrorKind::cancelled) {
+      return prediction.error();
+    } else {
+      context.warning(fmt::format("{} gave no usable answer and is left out: {}", name_of(solver),
+                                  prediction.error().message()));
+    }
   }
   TURGOR_TRY(StagedFolder staged, StagedFolder::create(folder));
   const CaseResults results{

@@ -125,16 +125,27 @@ void second_pass(const LayeredTissue& tissue, const PointAdjacency& adjacency, C
   }
 }
 
+// Repair turns and shortens columns: one that no longer ends near bone ends in soft tissue.
+void forget_bone_left(const SurfaceQuery& bone, LayeredTissue& tissue, const Columns& columns) {
+  constexpr double near_mm = 3.0;
+  for (std::size_t i = 0; i < columns.depth.size(); ++i) {
+    const Vec3 inner = tissue.surface.points[i] + columns.direction[i] * columns.depth[i];
+    if (tissue.ends[i] != ColumnEnd::none && !bone.nearest(inner, near_mm)) tissue.ends[i] = ColumnEnd::none;
+  }
+}
+
 // Columns are attached to the bone they met, except where lips and cheeks slide over the teeth (mucosa of the
 // vestibule).
 void attach(const Head& head, const TissueOptions& options, const Columns& columns, LayeredTissue& tissue) {
   std::optional<SurfaceQuery> teeth;
   if (!head.teeth.empty() && options.release_near_teeth_mm > 0) teeth.emplace(head.teeth);
   tissue.attached.assign(columns.depth.size(), false);
+  tissue.vestibule.assign(columns.depth.size(), false);
   for (std::size_t i = 0; i < columns.depth.size(); ++i) {
     if (tissue.ends[i] == ColumnEnd::none) continue;
     const Vec3 inner = tissue.surface.points[i] + columns.direction[i] * columns.depth[i];
-    tissue.attached[i] = !(teeth && teeth->nearest(inner, options.release_near_teeth_mm));
+    tissue.vestibule[i] = teeth && teeth->nearest(inner, options.release_near_teeth_mm);
+    tissue.attached[i] = !tissue.vestibule[i];
   }
 }
 
@@ -330,6 +341,7 @@ Result<LayeredTissue> build_tissue(const Head& head, const Landmarks& landmarks,
   TURGOR_TRY(const TissueRegion region, find_tissue_region(head, landmarks, options, context));
 
   LayeredTissue tissue;
+  tissue.region = region.limits;
   tissue.surface = region.surface;
   tissue.slit = region.slit;
   tissue.lip_side = region.lip_side;
@@ -346,8 +358,9 @@ Result<LayeredTissue> build_tissue(const Head& head, const Landmarks& landmarks,
   Columns columns = aim(region, tissue);
   TURGOR_CHECK(first_pass(bone, options, tissue, columns));
   second_pass(tissue, adjacency, columns);
-  attach(head, options, columns, tissue);
   tissue.prisms_repaired = repair(bone, options, adjacency, tissue, columns);
+  forget_bone_left(bone, tissue, columns);
+  attach(head, options, columns, tissue);
   lay_sheets(options, columns, tissue);
   tissue.rim_distance_mm = distances_to_rim(tissue);
   if (const int inverted = count_inverted(tissue, tissue.points); inverted > 0) {

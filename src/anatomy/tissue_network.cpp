@@ -113,7 +113,8 @@ Result<SpringNetwork> make_network(const LayeredTissue& tissue, const TissueMate
         const double v = tetrahedron_volume(x[at(q[0])], x[at(q[1])], x[at(q[2])], x[at(q[3])]);
         if (!(v > 0)) return Error{ErrorKind::internal, "a prism of the tissue has no volume", "tissue", ""};
         volume += v;
-        if (bulk > 0) network.volumes.push_back({{q[0], q[1], q[2], q[3]}, v, bulk});
+        if (bulk > 0)
+          network.volumes.push_back({{q[0], q[1], q[2], q[3]}, v, bulk, material.inversion_guard_mpa});
       }
       const double product = 6 * young * volume / 15;
       for (std::size_t i = 0; i < 3; ++i) {

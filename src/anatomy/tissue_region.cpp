@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "turgor/anatomy/lips.hpp"
 #include "turgor/geometry/mesh_edit.hpp"
@@ -16,16 +17,9 @@ std::optional<Vec3> find(const Landmarks& landmarks, std::string_view name) {
   return it->second.point;
 }
 
-// Limits of the region in patient coordinates (LPS).
-struct Limits {
-  double back_y;  // in front of this coronal plane
-  double top_z;   // no skin above the bone level
-  double bottom_z;
-};
-
-Limits find_limits(const Head& head, const Landmarks& landmarks, const TissueOptions& options) {
+FaceRegion find_limits(const Head& head, const Landmarks& landmarks, const TissueOptions& options) {
   const Box3 skull = bounds(head.skull), skin = bounds(head.skin);
-  Limits limits{};
+  FaceRegion limits;
   // The face ends in front of the ears, which lie behind the condyles; without condyles take the zygomatic
   // arches.
   const auto left = find(landmarks, "condylion_left"), right = find(landmarks, "condylion_right");
@@ -37,11 +31,23 @@ Limits find_limits(const Head& head, const Landmarks& landmarks, const TissueOpt
   } else {
     limits.back_y = skin.lower.y + 0.45 * skin.size().y;
   }
+  const double beside_ears = left && right ? std::min(left->z, right->z)
+                             : arch        ? arch->z - 10
+                                           : skull.lower.z;
+  limits.ear_z = beside_ears - 30;
   limits.top_z = options.bone_level_mm.value_or(skull.upper.z);
   limits.bottom_z = skin.lower.z;
   const auto chin = find(landmarks, "soft_menton");
   if (chin) limits.bottom_z = std::max(skin.lower.z, chin->z - options.neck_mm);
   return limits;
+}
+
+// Sheared by its reach the region's back is a plane.
+TriMesh clip_back(TriMesh face, const FaceRegion& limits, double snap_mm) {
+  for (Vec3& p : face.points) p.y -= limits.reach_back(p.z);
+  face = clip(face, Plane{{0, -1, 0}, -limits.back_y}, false, snap_mm);
+  for (Vec3& p : face.points) p.y += limits.reach_back(p.z);
+  return face;
 }
 
 // Keeps only the largest piece, so that no crumb of skin is left without neighbours.
@@ -50,6 +56,20 @@ TriMesh largest_piece(const TriMesh& mesh) {
   std::vector<bool> keep(component.size());
   for (std::size_t i = 0; i < keep.size(); ++i) keep[i] = component[i] == 0;
   return submesh(mesh, keep);
+}
+
+// Which points lie on edges of one triangle.
+std::vector<bool> boundary_points(const TriMesh& mesh) {
+  std::map<std::pair<int, int>, int> uses;
+  for (const Index3& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) ++uses[std::minmax(t[i], t[(i + 1) % 3])];
+  }
+  std::vector<bool> out(mesh.points.size(), false);
+  for (const auto& [edge, count] : uses) {
+    if (count == 1)
+      out[static_cast<std::size_t>(edge.first)] = out[static_cast<std::size_t>(edge.second)] = true;
+  }
+  return out;
 }
 
 // Smaller triangles at mouth and nose, where form and movement are finest.
@@ -82,15 +102,20 @@ SizingField face_sizing(const TriMesh& face, const Landmarks& landmarks, int col
 
 }  // namespace
 
+double FaceRegion::reach_back(double z) const {
+  return std::clamp(slope * (ear_z - z), 0.0, farthest_back_mm);
+}
+
 Result<TissueRegion> find_tissue_region(const Head& head, const Landmarks& landmarks,
                                         const TissueOptions& options, Context& context) {
-  const Limits limits = find_limits(head, landmarks, options);
+  const FaceRegion limits = find_limits(head, landmarks, options);
   TissueRegion region;
+  region.limits = limits;
   region.skin_points_above_bone = static_cast<int>(std::count_if(
       head.skin.points.begin(), head.skin.points.end(), [&](const Vec3& p) { return p.z > limits.top_z; }));
 
   constexpr double snap_mm = 0.2;
-  TriMesh face = clip(head.skin, Plane{{0, -1, 0}, -limits.back_y}, false, snap_mm);
+  TriMesh face = clip_back(head.skin, limits, snap_mm);
   face = clip(face, Plane{{0, 0, -1}, -limits.top_z}, false, snap_mm);
   face = clip(face, Plane{{0, 0, 1}, limits.bottom_z}, false, snap_mm);
   if (face.empty()) {
@@ -108,14 +133,15 @@ Result<TissueRegion> find_tissue_region(const Head& head, const Landmarks& landm
   region.lip_side.assign(face.points.size(), 0);
   if (!options.lip_slit) region.slit.reset();
   if (region.slit) face = part_lips(face, *region.slit, 0.3 * sizing(*middle), &region.lip_side);
-  region.rim.assign(face.points.size(), false);
-  const double margin = 1.0;
+  // Where the scan cuts through the face nothing is known of the tissue beyond: it is left free there.
+  const bool free_below = head.open_below && !find(landmarks, "soft_menton");
+  region.rim = boundary_points(face);
   for (std::size_t i = 0; i < face.points.size(); ++i) {
     const Vec3& p = face.points[i];
-    // Where the scan cuts through the face nothing is known of the tissue beyond: it is left free there.
-    const bool scan_end = head.open_below && !find(landmarks, "soft_menton");
-    region.rim[i] = p.y > limits.back_y - margin || p.z > limits.top_z - margin ||
-                    (!scan_end && p.z < limits.bottom_z + margin);
+    constexpr double margin_mm = 1.0;
+    const bool at_mouth =
+        region.slit && region.slit->covers(p) && std::abs(region.slit->plane.signed_distance(p)) < margin_mm;
+    if (at_mouth || (free_below && p.z < limits.bottom_z + margin_mm)) region.rim[i] = false;
   }
   region.surface = std::move(face);
   return region;

@@ -7,6 +7,7 @@
 namespace turgor {
 
 struct TissueRegion {
+  FaceRegion limits;
   TriMesh surface;
   std::vector<bool> rim;      ///< points where tissue goes on beyond the region: they are held
   std::vector<int> lip_side;  ///< per point: -1 lower rim, +1 upper rim of the mouth slit, 0 elsewhere

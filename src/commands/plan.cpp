@@ -66,6 +66,11 @@ void set_layers(const Invocation& c, TissueOptions& tissue) {
   if (c.given("fractions")) tissue.fractions = c.numbers("fractions");
 }
 
+void set_vestibule(const Invocation& c, CaseOptions& patient) {
+  if (c.given("distance")) patient.tissue.release_near_teeth_mm = c.number("distance");
+  if (c.given("adhesion")) patient.contact.adhesion_n_mm = c.number("adhesion");
+}
+
 const std::map<std::string_view, Setting>& settings() {
   static const std::map<std::string_view, Setting> table{
       {"landmark",
@@ -93,6 +98,9 @@ const std::map<std::string_view, Setting>& settings() {
       {"layers", [](const Invocation& c, Settings& s) { set_layers(c, s.patient.tissue); }},
       {"tissue_points", [](const Invocation& c,
                            Settings& s) { s.patient.tissue.columns = static_cast<int>(c.integer("count")); }},
+      {"undermining",
+       [](const Invocation& c, Settings& s) { s.patient.contact.undermining_mm = c.number("distance"); }},
+      {"vestibule", [](const Invocation& c, Settings& s) { set_vestibule(c, s.patient); }},
       {"material", [](const Invocation& c, Settings& s) { set_material(c, s.patient.material); }},
       {"solver chain", [](const Invocation& c, Settings& s) { set_chain(c, s.solvers.chain); }},
       {"solver network",

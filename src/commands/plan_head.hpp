@@ -213,6 +213,35 @@ inline constexpr Example kMaterialExamples[] = {
     {"material skin -modulus 35kPa", "skin of 0.035 MPa"},
     {"material smas -law exponential", "SMAS that stiffens when stretched"}};
 
+inline constexpr Parameter kUnderminingParameters[] = {{
+    .name = "distance",
+    .unit = Unit::mm,
+    .range = between(0, 50),
+    .required = true,
+    .positional = true,
+    .help = "on either side of the gap between bones that move differently; 10 mm where not set",
+}};
+inline constexpr Example kUnderminingExamples[] = {
+    {"undermining 15mm", "wide access to the bone"},
+    {"undermining 0", "the tissue stays on the bone up to the cut"}};
+
+inline constexpr Parameter kVestibuleParameters[] = {
+    {
+        .name = "distance",
+        .unit = Unit::mm,
+        .range = between(0, 30),
+        .help = "tissue this near to teeth is not attached, but slides; 4 mm where not set",
+    },
+    {
+        .name = "adhesion",
+        .range = between(0, 100),
+        .help = "force in newtons that draws a column of sliding mucosa back to its bone, for each "
+                "millimetre of gap; "
+                "0.1 where not set",
+    },
+};
+inline constexpr Example kVestibuleExamples[] = {{"vestibule -adhesion 0", "lips may lift off the teeth"}};
+
 inline constexpr CommandDeclaration kHeadCommands[] = {
     {
         .name = "landmark",
@@ -293,6 +322,21 @@ inline constexpr CommandDeclaration kHeadCommands[] = {
         .summary = "Set the size of the tissue model",
         .parameters = kTissuePointsParameters,
         .examples = kTissuePointsExamples,
+    },
+    {
+        .name = "undermining",
+        .group = "Tissue",
+        .summary = "Set how far tissue is taken off bone beside a cut",
+        .description = "Undermined tissue follows neither bone; it slides on both.",
+        .parameters = kUnderminingParameters,
+        .examples = kUnderminingExamples,
+    },
+    {
+        .name = "vestibule",
+        .group = "Tissue",
+        .summary = "Set where lips and cheeks slide over the teeth, and how they cling to them",
+        .parameters = kVestibuleParameters,
+        .examples = kVestibuleExamples,
     },
     {
         .name = "material",

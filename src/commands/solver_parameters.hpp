@@ -80,7 +80,7 @@ inline constexpr Parameter kLoadSteps{
 inline constexpr Parameter kPoisson{
     .name = "poisson",
     .range = between(0.25, 0.49),
-    .fallback = "0.3",
+    .fallback = "0.45",
     .help =
         "network: Poisson's ratio of the tissue, from 0.25 (springs alone) to 0.49 (nearly incompressible)",
 };

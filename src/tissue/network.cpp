@@ -88,12 +88,36 @@ Result<void> check_volumes(const SpringNetwork& network) {
   return {};
 }
 
+Result<void> check_contacts(const SpringNetwork& network) {
+  int last = -1;
+  for (std::size_t i = 0; i < network.contacts.size(); ++i) {
+    const Contact& c = network.contacts[i];
+    if (c.point <= last || c.point >= static_cast<int>(network.rest.size())) {
+      return broken(fmt::format("contact {} is of point {}, after {} of {} points", i, c.point, last,
+                                network.rest.size()),
+                    "Sort contacts by point and give a point one at most");
+    }
+    last = c.point;
+    if (!(std::abs(length(c.normal) - 1) < 1e-6) || !std::isfinite(c.offset_mm)) {
+      return broken(fmt::format("the plane of contact {} has no unit normal or no finite offset", i),
+                    "Normalise it");
+    }
+    if (!at_least_zero(c.stiffness_n_mm) || !at_least_zero(c.adhesion_n_mm)) {
+      return broken(fmt::format("the stiffness of contact {} is {} N/mm, its adhesion {} N/mm", i,
+                                c.stiffness_n_mm, c.adhesion_n_mm),
+                    "Both must be finite numbers of at least 0");
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> validate(const SpringNetwork& network) {
   TURGOR_CHECK(check_points(network));
   TURGOR_CHECK(check_springs(network));
-  return check_volumes(network);
+  TURGOR_CHECK(check_volumes(network));
+  return check_contacts(network);
 }
 
 }  // namespace turgor

@@ -57,6 +57,14 @@ Vec3 opposite_edge(const Vec3 edge[3], int a, int b) {
   return -edge[0];
 }
 
+/// Of the point from its plane, mm; negative beyond it.
+double distance_from_plane(const Contact& c, std::span<const Vec3> positions) {
+  return dot(c.normal, positions[static_cast<std::size_t>(c.point)]) - c.offset_mm;
+}
+double stiffness_at(const Contact& c, double distance) {
+  return distance < 0 ? c.stiffness_n_mm : c.adhesion_n_mm;
+}
+
 Mat3 outer(const Vec3& a, const Vec3& b) {
   return Mat3{{a * b.x, a * b.y, a * b.z}};
 }
@@ -85,6 +93,26 @@ Result<NetworkEnergy> NetworkEnergy::prepare(const SpringNetwork& network) {
   });
   energy.volume_incidence_ =
       make_incidence(points, 4 * volumes, [&](int e) { return energy.corners_[e / 4].p[e % 4]; });
+  energy.prepare_contacts(network);
+  return energy;
+}
+
+void NetworkEnergy::prepare_contacts(const SpringNetwork& network) {
+  contacts_ = network.contacts;
+  if (contacts_.empty()) return;
+  contact_of_point_.assign(network.rest.size(), -1);
+  for (std::size_t i = 0; i < contacts_.size(); ++i)
+    contact_of_point_[contacts_[i].point] = static_cast<int>(i);
+}
+
+// Contacts are few: their energy, and their forces unless `forces` is empty.
+double NetworkEnergy::add_contacts(std::span<const Vec3> positions, std::span<Vec3> forces) const {
+  double energy = 0;
+  for (const Contact& c : contacts_) {
+    const double d = distance_from_plane(c, positions), k = stiffness_at(c, d);
+    energy += 0.5 * k * d * d;
+    if (!forces.empty()) forces[c.point] -= c.normal * (k * d);
+  }
   return energy;
 }
 
@@ -136,7 +164,7 @@ double NetworkEnergy::volume_forces(const Range& range, std::span<const Vec3> po
 }
 
 double NetworkEnergy::value(std::span<const Vec3> positions) const {
-  return parallel_reduce<double>(
+  const double elastic = parallel_reduce<double>(
       ranges_.size(), 1, 0.0,
       [&](std::size_t begin, std::size_t) {
         const Range& range = ranges_[begin];
@@ -144,6 +172,7 @@ double NetworkEnergy::value(std::span<const Vec3> positions) const {
                              : spring_forces(range, positions, nullptr);
       },
       std::plus<>());
+  return elastic + add_contacts(positions, {});
 }
 
 double NetworkEnergy::forces(std::span<const Vec3> positions, std::span<Vec3> forces,
@@ -159,7 +188,7 @@ double NetworkEnergy::forces(std::span<const Vec3> positions, std::span<Vec3> fo
       },
       std::plus<>());
   gather(workspace, forces);
-  return energy;
+  return energy + add_contacts(positions, forces);
 }
 
 void NetworkEnergy::gather(const Workspace& workspace, std::span<Vec3> forces) const {
@@ -184,6 +213,10 @@ void NetworkEnergy::linearise(std::span<const Vec3> positions, double projection
   stiffness.projection = projection;
   stiffness.springs.resize(ends_.size());
   stiffness.volumes.resize(corners_.size());
+  stiffness.contacts.resize(contacts_.size());
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    stiffness.contacts[i] = stiffness_at(contacts_[i], distance_from_plane(contacts_[i], positions));
+  }
   parallel_for(ranges_.size(), 1, [&](std::size_t r, std::size_t) {
     const Range& range = ranges_[r];
     if (range.volumes) {
@@ -254,6 +287,10 @@ void NetworkEnergy::multiply(const ElementStiffness& stiffness, std::span<const 
     }
   });
   gather(workspace, out);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const Contact& c = contacts_[i];
+    out[c.point] += c.normal * (stiffness.contacts[i] * dot(c.normal, v[c.point]));
+  }
 }
 
 int NetworkEnergy::coincident_springs(std::span<const Vec3> positions) const {

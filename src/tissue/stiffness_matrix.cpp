@@ -165,6 +165,10 @@ void StiffnessMatrix::assemble_row(const NetworkEnergy& energy, const ElementSti
     }
     add_volume_row(stiffness.volumes[volumes.entries[k] / 4], corner, stiffness.projection, targets);
   }
+  if (const int c = energy.contact_at(point); c >= 0) {
+    const Vec3& normal = energy.contacts()[c].normal;
+    add_outer(diagonal, normal * stiffness.contacts[c], normal);
+  }
 }
 
 }  // namespace turgor

@@ -9,6 +9,8 @@
 
 #include "turgor/geometry/embedding.hpp"
 #include "turgor/geometry/surface_query.hpp"
+#include "world/bone_contact.hpp"
+#include "world/tissue_motion.hpp"
 
 namespace turgor {
 namespace {
@@ -21,90 +23,124 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-bool moves(const BoneSegment& segment) {
-  const Box3 box = bounds(segment.surface);
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p{(corner & 1) ? box.upper.x : box.lower.x, (corner & 2) ? box.upper.y : box.lower.y,
-                 (corner & 4) ? box.upper.z : box.lower.z};
-    if (distance(segment.motion.point(p), p) > 1e-9) return true;
-  }
-  return false;
+// Adds places of inner ends to a motion, whose points stay sorted.
+void prescribe(const std::vector<std::pair<int, Vec3>>& ends, PrescribedMotion& motion) {
+  std::vector<std::pair<int, Vec3>> all = ends;
+  for (std::size_t i = 0; i < motion.moved.size(); ++i)
+    all.emplace_back(motion.moved[i], motion.positions[i]);
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  motion.moved.clear(), motion.positions.clear();
+  for (const auto& [point, place] : all) motion.moved.push_back(point), motion.positions.push_back(place);
 }
 
-// Bone that comes forward pushes the free tissue before it (lips before teeth, the neck before the angle of
-// the jaw): the inner end of a free column that the moved bone has entered is set upon the bone, along the
-// column.
-class BoneContact {
- public:
-  explicit BoneContact(const PatientCase& patient) : tissue_(patient.tissue()) {
-    std::vector<const TriMesh*> surfaces;
-    for (const BoneSegment& s : patient.bones().segments()) {
-      if (moves(s)) moved_.push_back(transformed(s.surface, s.motion));
-    }
-    for (const TriMesh& mesh : moved_) surfaces.push_back(&mesh);
-    bone_.emplace(surfaces);
-  }
-  /// Where the inner end of a free column goes; nothing where no moved bone reaches it.
-  [[nodiscard]] std::optional<Vec3> pushed(int column) const {
-    constexpr double outside_mm = 25.0, slack_mm = 0.2;
-    const Vec3& skin = tissue_.points[at(column)];
-    const Vec3& end = tissue_.points[at(tissue_.point(tissue_.sheets - 1, column))];
-    const double thickness = distance(skin, end);
-    const Vec3 inwards = (end - skin) / thickness;
-    // The line enters and leaves bone in turn. Bone that has passed the skin altogether is not in this
-    // column.
-    const auto hits = bone_->all_hits(skin - inwards * outside_mm, inwards, 0, outside_mm + thickness + 60.0);
-    for (std::size_t i = 0; i + 1 < hits.size(); i += 2) {
-      const double enters = hits[i].distance - outside_mm, leaves = hits[i + 1].distance - outside_mm;
-      if (leaves <= 0) continue;
-      if (enters >= thickness - slack_mm) return std::nullopt;
-      return skin + inwards * enters;
-    }
-    return std::nullopt;
-  }
+// The chain knows no sliding: mucosa follows the bone that it lies on, as in the paper. Nor does it know
+// contact: ends that it leaves in bone are prescribed to lie upon it, and the chain is solved again.
+Result<void> solve_chain(const PatientCase& patient, const ChainParameters& parameters,
+                         const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction) {
+  const LayeredTissue& layers = patient.tissue();
+  const auto start = std::chrono::steady_clock::now();
+  TURGOR_TRY(const SpringNetwork network, make_chain_network(layers));
+  const ChainSolver chain(network);
+  PrescribedMotion motion = tissue.motion;
+  prescribe(tissue.mucosa, motion);
+  prediction.setup_seconds = seconds_since(start);
+  auto begin = std::chrono::steady_clock::now();
+  TURGOR_TRY(prediction.tissue_points, chain.solve(motion, parameters));
+  prediction.solve_seconds = seconds_since(begin);
 
- private:
-  const LayeredTissue& tissue_;
-  std::vector<TriMesh> moved_;
-  std::optional<SurfaceQuery> bone_;
-};
-
-Error nothing_moves() {
-  return {ErrorKind::bad_command, "no bone under the tissue moves, so the face stays as it is", "plan",
-          "Add an operation that moves bone, such as: setback -amount 6"};
+  std::vector<std::pair<int, Vec3>> lifted;
+  for (const int c : tissue.free_columns) {
+    constexpr double bearable_mm = 0.2;
+    const int p = layers.inner_end(c);
+    const Vec3& end = prediction.tissue_points[at(p)];
+    const bool prescribed = std::binary_search(motion.moved.begin(), motion.moved.end(), p);
+    if (prescribed || bone.depth(c, end) < bearable_mm) continue;
+    if (const auto plane = bone.plane(c, end)) {
+      lifted.emplace_back(p, end + plane->normal * (plane->offset_mm - dot(plane->normal, end)));
+    }
+  }
+  if (!lifted.empty()) {
+    prescribe(lifted, motion);
+    begin = std::chrono::steady_clock::now();
+    TURGOR_TRY(prediction.tissue_points, chain.solve(motion, parameters));
+    prediction.solve_seconds += seconds_since(begin);
+  }
+  prediction.springs = static_cast<int>(network.springs.size());
+  return {};
 }
 
-// The network that a solver works on, and its answer.
-Result<void> solve(const PatientCase& patient, const SolverOptions& options, const PrescribedMotion& motion,
-                   Prediction& prediction, Context& context) {
-  auto start = std::chrono::steady_clock::now();
-  if (prediction.solver == Solver::chain) {
-    TURGOR_TRY(const SpringNetwork network, make_chain_network(patient.tissue()));
-    const ChainSolver chain(network);
-    prediction.setup_seconds = seconds_since(start);
-    start = std::chrono::steady_clock::now();
-    TURGOR_TRY(prediction.tissue_points, chain.solve(motion, options.chain));
-    prediction.springs = static_cast<int>(network.springs.size());
-  } else {
-    TURGOR_TRY(const SpringNetwork network, make_network(patient.tissue(), patient.options().material));
-    prediction.setup_seconds = seconds_since(start);
-    start = std::chrono::steady_clock::now();
-    TURGOR_TRY(prediction.equilibrium, solve_equilibrium(network, motion, options.equilibrium, context));
-    // Short of the residual asked for the solver warns and the report states what was reached; beyond this it
-    // is no answer.
-    constexpr double usable_residual = 1e-2;
-    if (!prediction.equilibrium.converged && !(prediction.equilibrium.relative_residual < usable_residual)) {
-      return Error{ErrorKind::bad_input,
-                   fmt::format("the tissue found no equilibrium (relative residual {:.1e} after {} steps)",
-                               prediction.equilibrium.relative_residual, prediction.equilibrium.newton_steps),
-                   "network", "Move the bones less, or lower Poisson's ratio (solver network -poisson 0.3)"};
-    }
-    prediction.tissue_points = std::move(prediction.equilibrium.positions);
-    prediction.springs = static_cast<int>(network.springs.size());
-    prediction.volumes = static_cast<int>(network.volumes.size());
+std::vector<Contact> contacts_of(const TissueMotion& tissue, const BoneContact& bone,
+                                 const LayeredTissue& layers, const std::vector<Vec3>& points) {
+  std::vector<Contact> out;
+  for (const int c : tissue.free_columns) {
+    if (const auto plane = bone.plane(c, points[at(layers.inner_end(c))])) out.push_back(*plane);
   }
-  prediction.solve_seconds = seconds_since(start);
-  prediction.points = static_cast<int>(prediction.tissue_points.size());
+  return out;
+}
+
+// Free inner ends by how deep they lie in bone, mm, the deepest last.
+std::vector<double> depths_in_bone(const TissueMotion& tissue, const BoneContact& bone,
+                                   const LayeredTissue& layers, const std::vector<Vec3>& points) {
+  std::vector<double> depths;
+  for (const int c : tissue.free_columns) depths.push_back(bone.depth(c, points[at(layers.inner_end(c))]));
+  std::sort(depths.begin(), depths.end());
+  return depths;
+}
+
+// Short of the residual asked for the solver warns and the report states what was reached; beyond this it is
+// no answer.
+Result<void> check_usable(const EquilibriumResult& equilibrium) {
+  constexpr double usable_residual = 1e-2;
+  if (equilibrium.converged || equilibrium.relative_residual < usable_residual) return {};
+  return Error{ErrorKind::bad_input,
+               fmt::format("the tissue found no equilibrium (relative residual {:.1e} after {} steps)",
+                           equilibrium.relative_residual, equilibrium.newton_steps),
+               "network", "Move the bones less, or lower Poisson's ratio (solver network -poisson 0.3)"};
+}
+
+// The planes of the bone are those at the places where the last round left the tissue, until it no longer
+// enters bone.
+Result<void> solve_network(const PatientCase& patient, const EquilibriumOptions& options,
+                           const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction,
+                           Context& context) {
+  constexpr int max_rounds = 6;
+  constexpr double bearable_mm = 0.3, rough_residual = 1e-2;
+  bool settled = false;
+  const auto start = std::chrono::steady_clock::now();
+  const LayeredTissue& layers = patient.tissue();
+  TURGOR_TRY(SpringNetwork network, make_network(layers, patient.options().material));
+  prediction.setup_seconds = seconds_since(start);
+  const auto begin = std::chrono::steady_clock::now();
+  // The first planes are those at the places on moved bone that inner ends lay on or that have entered their
+  // columns.
+  std::vector<Vec3> points = layers.points;
+  for (const int c : tissue.free_columns) {
+    Vec3& end = points[at(layers.inner_end(c))];
+    const int segment = patient.segment_of_column(c);
+    end = segment >= 0 ? patient.bones().segments()[at(segment)].motion.point(end)
+                       : bone.pushed(c).value_or(end);
+  }
+  EquilibriumResult& result = prediction.equilibrium;
+  for (int round = 0; round < max_rounds; ++round) {
+    network.contacts = contacts_of(tissue, bone, layers, points);
+    const int steps = result.newton_steps, iterations = result.linear_iterations;
+    EquilibriumOptions now = options;
+    if (round + 1 < max_rounds && !settled)
+      now.relative_residual = std::max(options.relative_residual, rough_residual);
+    TURGOR_TRY(result,
+               solve_equilibrium(network, tissue.motion, now, context, round > 0 ? &points : nullptr));
+    result.newton_steps += steps, result.linear_iterations += iterations;
+    TURGOR_CHECK(check_usable(result));
+    points = std::move(result.positions);
+    const std::vector<double> depths = depths_in_bone(tissue, bone, layers, points);
+    if (!depths.empty()) prediction.deepest_contact_mm = depths.back();
+    if (settled) break;
+    settled = depths.empty() || depths[depths.size() * 99 / 100] < bearable_mm;
+  }
+  prediction.solve_seconds = seconds_since(begin);
+  prediction.tissue_points = std::move(points);
+  prediction.springs = static_cast<int>(network.springs.size());
+  prediction.volumes = static_cast<int>(network.volumes.size());
   return {};
 }
 
@@ -113,6 +149,7 @@ class SkinCarrier {
  public:
   SkinCarrier(const PatientCase& patient, const std::vector<Vec3>& points, const std::vector<int>& lip_side) {
     const LayeredTissue& tissue = patient.tissue();
+    for (const Vec3& p : points) inside_.push_back(tissue.region.contains(p));
     TriMesh coarse = tissue.surface;
     std::vector<Vec3> fine = points;
     if (tissue.slit) {
@@ -127,10 +164,16 @@ class SkinCarrier {
                                         const std::vector<Vec3>& tissue_points) const {
     std::vector<Vec3> shift(at(tissue.columns()));
     for (std::size_t c = 0; c < shift.size(); ++c) shift[c] = tissue_points[c] - tissue.points[c];
-    return embedding_->displacements(shift);
+    std::vector<Vec3> carried = embedding_->displacements(shift);
+    // What lies near the region but beyond its rim, such as the lobe of an ear, stays.
+    for (std::size_t i = 0; i < carried.size(); ++i) {
+      if (!inside_[i]) carried[i] = {};
+    }
+    return carried;
   }
 
  private:
+  std::vector<bool> inside_;
   std::optional<SurfaceEmbedding> embedding_;
 };
 
@@ -259,52 +302,19 @@ std::string_view name_of(Solver solver) {
   return solver == Solver::chain ? "chain" : "network";
 }
 
-Result<PrescribedMotion> prescribed_motion(const PatientCase& patient) {
-  const LayeredTissue& tissue = patient.tissue();
-  const auto& segments = patient.bones().segments();
-  if (std::none_of(segments.begin(), segments.end(), moves)) return nothing_moves();
-  const BoneContact contact(patient);
-  std::vector<bool> fixed(tissue.points.size(), false);
-  std::vector<std::optional<Vec3>> ends(at(tissue.columns()));
-  const int innermost = tissue.sheets - 1;
-  constexpr double slides_within_mm = 20.0;
-  bool any = false;
-  for (int c = 0; c < tissue.columns(); ++c) {
-    const int segment = tissue.attached[at(c)] ? patient.segment_of_column(c) : -1;
-    const Vec3& end = tissue.points[at(tissue.point(innermost, c))];
-    if (tissue.fixed[at(c)]) {
-      for (int s = 0; s < tissue.sheets; ++s) fixed[at(tissue.point(s, c))] = true;
-    } else if (segment < 0) {
-      ends[at(c)] = contact.pushed(c);
-    } else if (moves(segments[at(segment)])) {
-      // Next to tissue that is held, tissue slides over moving bone rather than tear away from its
-      // surroundings.
-      if (tissue.rim_distance_mm[at(c)] < slides_within_mm) continue;
-      ends[at(c)] = segments[at(segment)].motion.point(end);
-      any = true;
-    } else {
-      fixed[at(tissue.point(innermost, c))] = true;
-    }
-  }
-  if (!any) return nothing_moves();
-  PrescribedMotion motion;
-  for (int p = 0; p < static_cast<int>(fixed.size()); ++p) {
-    const int column = p - innermost * tissue.columns();
-    if (fixed[at(p)]) motion.fixed.push_back(p);
-    if (column < 0 || !ends[at(column)]) continue;
-    motion.moved.push_back(p);
-    motion.positions.push_back(*ends[at(column)]);
-  }
-  return motion;
-}
-
 Result<Prediction> predict(const PatientCase& patient, Solver solver, const SolverOptions& options,
                            Context& context) {
   const Stage stage(context, "predict " + std::string(name_of(solver)));
-  TURGOR_TRY(const PrescribedMotion motion, prescribed_motion(patient));
+  TURGOR_TRY(const TissueMotion motion, tissue_motion(patient));
+  const BoneContact bone(patient);
   Prediction prediction;
   prediction.solver = solver;
-  TURGOR_CHECK(solve(patient, options, motion, prediction, context));
+  if (solver == Solver::chain) {
+    TURGOR_CHECK(solve_chain(patient, options.chain, motion, bone, prediction));
+  } else {
+    TURGOR_CHECK(solve_network(patient, options.equilibrium, motion, bone, prediction, context));
+  }
+  prediction.points = static_cast<int>(prediction.tissue_points.size());
   prediction.inverted_prisms = count_inverted(patient.tissue(), prediction.tissue_points);
   move_skin(patient, prediction);
   move_landmarks(patient, prediction);

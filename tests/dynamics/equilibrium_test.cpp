@@ -79,6 +79,21 @@ TEST(Equilibrium, TwoSpringsInSeriesShareTheForce) {
   }
 }
 
+TEST(Equilibrium, AContactPushesAsFarAsTheSpringBehindItLets) {
+  SpringNetwork net = points_without_springs({{0, 0, 0}, {0, 0, 2}});
+  join(net, 0, 1, 1.5);
+  const double plane = 1.2, stiffness = 40;
+  net.contacts = {{1, {0, 0, -1}, -plane, stiffness}};  // the free half-space lies below z = 1.2
+  const EquilibriumResult r = solved(net, {{}, {}, {0}}, sharp());
+  ASSERT_TRUE(r.converged);
+  // k (2/z − 1) = K (z − plane)
+  const double b = (1.5 - stiffness * plane) / stiffness, c = -2 * 1.5 / stiffness;
+  EXPECT_NEAR(r.positions[1].z, 0.5 * (-b + std::sqrt(b * b - 4 * c)), 1e-9);
+
+  net.contacts[0].offset_mm = -3;  // out of reach
+  EXPECT_EQ(solved(net, {{}, {}, {0}}, sharp()).positions[1].z, 2.0);
+}
+
 TEST(Equilibrium, APointHungFromTwoSettlesWhereTheVerticalForcesMeet) {
   // Two inclined springs carry the point, a third pulls it straight down.
   SpringNetwork net = points_without_springs({{-3, 0, 0}, {3, 0, 0}, {0, 0, -1}, {0, 0, -3}});

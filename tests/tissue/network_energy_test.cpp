@@ -28,6 +28,14 @@ Shaken make_shaken(int nx, int ny, double amplitude_mm) {
   }
   for (VolumeElement& v : shaken.network.volumes) v.inversion_guard_mpa = 0.5;
   const RandomStream random(11);
+  // Planes through every third point at rest: about half of them are crossed.
+  const RandomStream directions(5);
+  for (std::size_t i = 0; i < shaken.network.rest.size(); i += 3) {
+    const Vec3 n = normalized(
+        Vec3{directions.normal(3 * i), directions.normal(3 * i + 1), directions.normal(3 * i + 2)});
+    shaken.network.contacts.push_back(
+        {static_cast<int>(i), n, dot(n, shaken.network.rest[i]), 0.7, i % 2 == 0 ? 0.0 : 0.3});
+  }
   shaken.positions = shaken.network.rest;
   for (std::size_t i = 0; i < shaken.positions.size(); ++i) {
     shaken.positions[i] +=
@@ -75,6 +83,13 @@ TEST(NetworkEnergy, IsTheSumOfItsElements) {
                                     s.positions[v.p[3]]))
                .energy;
   }
+  int crossed = 0;
+  for (const Contact& c : s.network.contacts) {
+    const double depth = dot(c.normal, s.positions[c.point]) - c.offset_mm;
+    sum += 0.5 * (depth < 0 ? c.stiffness_n_mm : c.adhesion_n_mm) * depth * depth;
+    if (depth < 0) ++crossed;
+  }
+  EXPECT_GT(crossed, 0);
   EXPECT_GT(energy.inverted_volumes(s.positions), 0) << "the test must reach inverted elements";
   EXPECT_NEAR(energy.value(s.positions) / sum, 1, 1e-13);
 }
@@ -158,7 +173,8 @@ TEST(NetworkEnergy, ProjectedElementsAloneAreSemiDefinite) {
 }
 
 TEST(NetworkEnergy, DoesNotChangeUnderRigidMotionAndItsForcesTurnAlong) {
-  const Shaken s = make_shaken(5, 6, 0.8);
+  Shaken s = make_shaken(5, 6, 0.8);
+  s.network.contacts.clear();
   const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
   const RigidTransform t = RigidTransform::translate({40, -20, 7}) *
                            RigidTransform::rotate_about({1, 2, 3}, normalized(Vec3{1, -2, 0.5}), 1.1);
@@ -172,7 +188,8 @@ TEST(NetworkEnergy, DoesNotChangeUnderRigidMotionAndItsForcesTurnAlong) {
 }
 
 TEST(NetworkEnergy, InternalForcesKeepLinearAndAngularMomentum) {
-  const Shaken s = make_shaken(8, 9, 0.8);
+  Shaken s = make_shaken(8, 9, 0.8);
+  s.network.contacts.clear();
   const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
   const std::vector<Vec3> f = forces_at(energy, s.positions);
   Vec3 sum, moment;

@@ -45,6 +45,18 @@ TEST(SpringNetwork, ThatBreaksItsInvariantIsNamedWithTheFirstFault) {
       {[](SpringNetwork& n) { n.volumes[1].p[2] = n.volumes[1].p[0]; }, "twice"},
       {[](SpringNetwork& n) { n.volumes[1].rest_volume_mm3 = -2; }, "rest volume of volume 1"},
       {[](SpringNetwork& n) { n.volumes[1].modulus_mpa = -2; }, "modulus -2"},
+      {[](SpringNetwork& n) {
+         n.contacts = {{2, {0, 0, 1}, 0, 1}, {1, {0, 0, 1}, 0, 1}};
+       },
+       "contact 1"},
+      {[](SpringNetwork& n) {
+         n.contacts = {{2, {0, 0, 2}, 0, 1}};
+       },
+       "no unit normal"},
+      {[](SpringNetwork& n) {
+         n.contacts = {{2, {0, 0, 1}, 0, -1}};
+       },
+       "stiffness of contact 0"},
   };
   support::SlabOptions options;
   options.volumes = true;

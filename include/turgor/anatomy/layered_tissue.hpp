@@ -24,30 +24,48 @@ struct TissueOptions {
   std::optional<double> bone_level_mm;  ///< no skin above this z; the top of the bone where not given
   double least_thickness_mm = 1.0;
   double greatest_thickness_mm =
-      40.0;               ///< a hit farther away lies behind a gap in the bone and counts as missed
+      32.0;               ///< a hit farther away lies behind a gap in the bone and counts as missed
   double neck_mm = 60.0;  ///< how far below the chin the tissue goes
   bool lip_slit = true;   ///< part upper and lower lip where the mouth lies
   double release_near_teeth_mm = 4.0;  ///< bone points this near to teeth are not attached: the vestibule
+};
+
+/// The part of the head that gets tissue, mm LPS: in front of the ears, and below them round the angles of
+/// the jaw.
+struct FaceRegion {
+  double back_y = 0;  ///< in front of this coronal plane …
+  double ear_z = 0;   ///< … which goes back below this height, at a slope, by `farthest_back_mm` at most
+  double top_z = 0, bottom_z = 0;
+
+  static constexpr double farthest_back_mm = 45, slope = 1.5;
+  /// How far behind `back_y` the region reaches at height z.
+  [[nodiscard]] double reach_back(double z) const;
+  [[nodiscard]] bool contains(const Vec3& p) const {
+    return p.z <= top_z && p.z >= bottom_z && p.y <= back_y + reach_back(p.z);
+  }
 };
 
 /// What the ray of a column met.
 enum class ColumnEnd : std::uint8_t {
   skull,
   mandible,
-  none,  ///< missed bone in the first pass, and was given a depth in the second
+  none,  ///< missed bone in the first pass, and was given a depth in the second; or left it in the repair
 };
 
 /// Points lie in sheets, outermost first: point of column c in sheet s is points[s * columns + c]; sheet 0 is
 /// the skin, the last one lies on the bone. Prism (t, s) joins surface triangle t between sheets s and s + 1.
 /// Invariant: no prism is inverted (smallest_prism_volume > 0).
 struct LayeredTissue {
+  FaceRegion region;
   TriMesh surface;  ///< skin triangulation; its points are sheet 0
   int sheets = 4;
   std::vector<Vec3> points;     ///< sheets * columns, mm LPS
   std::vector<ColumnEnd> ends;  ///< per column
-  std::vector<bool> attached;   ///< the inner end moves with the bone it met; others are free: those that met
-                                ///< none, and lips and cheeks, which slide over the teeth
-  std::vector<bool> fixed;      ///< the whole column is held: rim of the region towards tissue that stays
+  std::vector<bool>
+      vestibule;  ///< lips and cheeks before the teeth: wet mucosa that slides on the bone it met
+  std::vector<bool> attached;  ///< the inner end moves with the bone it met; others are free: those that met
+                               ///< none, and the vestibule
+  std::vector<bool> fixed;     ///< the whole column is held: rim of the region towards tissue that stays
   std::vector<double> rim_distance_mm;  ///< per column, to the nearest column that is held
   std::vector<double> thickness_mm;     ///< per column, skin to bone
   std::vector<double> layer_fractions;  ///< mean share of each layer, outermost first
@@ -65,6 +83,7 @@ struct LayeredTissue {
   [[nodiscard]] int columns() const { return static_cast<int>(surface.points.size()); }
   [[nodiscard]] int prisms() const { return static_cast<int>(surface.triangles.size()) * (sheets - 1); }
   [[nodiscard]] int point(int sheet, int column) const { return sheet * columns() + column; }
+  [[nodiscard]] int inner_end(int column) const { return point(sheets - 1, column); }
 };
 
 /// Six times the smallest volume (mm³) among the tetrahedra at the corners of a prism and those of its

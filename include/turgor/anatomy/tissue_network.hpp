@@ -14,9 +14,9 @@ namespace turgor {
 /// another number of layers take the last value for the layers beyond.
 struct TissueMaterial {
   std::vector<double> young_mpa{0.035, 0.0024, 0.015};
-  double poisson =
-      0.30;  ///< 0.25 (springs alone) up to 0.49; nearly incompressible values stiffen the prisms (locking)
-  double density_g_mm3 = 1.04e-3;  ///< Nazari et al. 2010
+  double poisson = 0.45;             ///< 0.25 (springs alone) up to 0.49; beyond, prisms lock
+  double inversion_guard_mpa = 0.1;  ///< of the volume elements, see VolumeElement
+  double density_g_mm3 = 1.04e-3;    ///< Nazari et al. 2010
   /// Law of the springs within each layer, outermost first; as with the moduli the last goes for those
   /// beyond.
   std::vector<SpringLaw> laws{SpringLaw::linear};

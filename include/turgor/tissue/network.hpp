@@ -38,14 +38,26 @@ struct VolumeElement {
   static constexpr double kGuardFrom = 0.2;
 };
 
+/// A half-space that one point stays in, as free tissue stays outside bone: energy ½ k d² of the distance
+/// d = n·x − offset where d < 0, and ½ k' d² where d > 0: k' = 0 lets the point go, k' > 0 lets it slide
+/// along the plane alone, as wet mucosa does. Without friction.
+struct Contact {
+  int point = 0;
+  Vec3 normal{0, 0, 1};  ///< n, unit, into the free half-space
+  double offset_mm = 0;
+  double stiffness_n_mm = 0;  ///< k, N/mm, ≥ 0
+  double adhesion_n_mm = 0;   ///< k', N/mm, ≥ 0
+};
+
 /// The immutable recipe. Running state (positions, velocities) lives with the solvers.
-/// Invariant (see validate): indices in range, a != b, rest lengths and volumes > 0, all finite, coordinates
-/// within kFarthestMm.
+/// Invariant (see validate): indices in range, a != b, normals of length 1, rest lengths and volumes > 0, all
+/// finite, coordinates within kFarthestMm.
 struct SpringNetwork {
   std::vector<Vec3> rest;      ///< mm
   std::vector<double> mass_g;  ///< per point
   std::vector<Spring> springs;
   std::vector<VolumeElement> volumes;
+  std::vector<Contact> contacts;  ///< by rising point, at most one each
 };
 
 /// Coordinates reach no farther, mm: a thousand kilometres, so that no sum of squares overflows.

@@ -38,6 +38,7 @@ struct ElementStiffness {
   double projection = 0;
   std::vector<SpringStiffness> springs;
   std::vector<VolumeStiffness> volumes;
+  std::vector<double> contacts;  ///< along the normal, N/mm
 };
 
 /// The block of corners a and b of one volume, N/mm.
@@ -85,6 +86,11 @@ class NetworkEnergy {
   [[nodiscard]] const Incidence& volume_incidence() const { return volume_incidence_; }
   [[nodiscard]] const std::vector<SpringEnds>& spring_ends() const { return ends_; }
   [[nodiscard]] const std::vector<Corners>& volume_corners() const { return corners_; }
+  [[nodiscard]] const std::vector<Contact>& contacts() const { return contacts_; }
+  /// Number of the contact of a point, -1 where it has none.
+  [[nodiscard]] int contact_at(int point) const {
+    return contact_of_point_.empty() ? -1 : contact_of_point_[static_cast<std::size_t>(point)];
+  }
 
  private:
   // A piece of the element arrays small enough to balance, large enough to schedule.
@@ -98,12 +104,16 @@ class NetworkEnergy {
   void split(const SpringNetwork& network);
   [[nodiscard]] double spring_forces(const Range& range, std::span<const Vec3> positions, Vec3* out) const;
   [[nodiscard]] double volume_forces(const Range& range, std::span<const Vec3> positions, Vec3* out) const;
+  void prepare_contacts(const SpringNetwork& network);
+  [[nodiscard]] double add_contacts(std::span<const Vec3> positions, std::span<Vec3> forces) const;
   void gather(const Workspace& workspace, std::span<Vec3> forces) const;
 
   std::vector<SpringEnds> ends_;  // sorted by law, otherwise as in the network
   std::vector<double> rest_length_, stiffness_;
   std::vector<Corners> corners_;
   std::vector<VolumeElement> materials_;
+  std::vector<Contact> contacts_;
+  std::vector<int> contact_of_point_;  // empty where there are none
   std::vector<Range> ranges_;
   Incidence spring_incidence_, volume_incidence_;
 };

@@ -16,12 +16,24 @@
 
 namespace turgor {
 
+/// How tissue parts from bone and slides on it.
+struct ContactOptions {
+  /// Tissue this near to bone that moves differently is taken off the bone, mm: the surgeon undermines both
+  /// sides of an osteotomy.
+  double undermining_mm = 10.0;
+  /// Mucosa that slides on bone is drawn back to it with this force per column and millimetre of gap, N/mm:
+  /// no air comes between them while the mouth is closed. A column takes some 20 mm², so 0.1 N/mm is 5 kPa at
+  /// 1 mm.
+  double adhesion_n_mm = 0.1;
+};
+
 /// Every choice made between the scan and the model; all have defaults, so a case needs only a path.
 struct CaseOptions {
   ReadScanOptions scan;
   HeadOptions head;
   TissueOptions tissue;
   TissueMaterial material;
+  ContactOptions contact;
   std::optional<Plane> midsagittal;  ///< correction, normal to the patient's left
   std::vector<std::pair<std::string, Vec3>> landmark_corrections;  ///< by name, mm LPS
 };

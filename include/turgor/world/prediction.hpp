@@ -45,16 +45,12 @@ struct Prediction {
   std::vector<LandmarkShift> landmarks;
   std::vector<SoftToHard> ratios;  ///< where the bone moved by more than half a millimetre
   int inverted_prisms = 0;
-  double largest_stretch = 1;  ///< of the skin's edges, new over old length
+  double deepest_contact_mm = 0;  ///< of `network`: how far free inner ends still reach into bone
+  double largest_stretch = 1;     ///< of the skin's edges, new over old length
   int points = 0, springs = 0, volumes = 0;
   double setup_seconds = 0, solve_seconds = 0;
   EquilibriumResult equilibrium;  ///< of `network`; its positions are moved to tissue_points
 };
-
-/// What the plan prescribes for the tissue: attached inner ends on moved bone move with it, those on unmoved
-/// bone and the rim of the region stay, free ones that moved bone reaches are pushed ahead of it. Error:
-/// nothing moves.
-Result<PrescribedMotion> prescribed_motion(const PatientCase& patient);
 
 /// Errors: nothing moves; bone comes through the skin, or the skin is stretched beyond what skin bears (names
 /// the segment); the equilibrium is not reached.
