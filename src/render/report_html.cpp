@@ -44,14 +44,26 @@ std::string head(const CaseResults& results) {
       grid.size[0], grid.size[1], grid.size[2], grid.spacing.x, grid.spacing.y, grid.spacing.z);
 }
 
+// To a tenth of a millimetre, without a minus before zero.
+std::string tenths(double mm) {
+  const double rounded = std::round(10 * mm) / 10;
+  return fmt::format("{:.1f}", rounded == 0 ? 0.0 : rounded);
+}
+
+std::string readable(std::string_view name) {
+  std::string out = escape(std::string(name));
+  std::replace(out.begin(), out.end(), '_', ' ');
+  return out;
+}
+
 // The one sentence that a reader in a hurry takes along.
 std::string summary(const CaseResults& results) {
   const Prediction& main = results.predictions.front();
   const float greatest = *std::max_element(main.displacement_mm.begin(), main.displacement_mm.end());
   std::string text = fmt::format("The skin moves by up to <b>{:.1f} mm</b>.", greatest);
   for (const SoftToHard& r : main.ratios) {
-    text += fmt::format(" {} follows {} by <b>{:.0f} %</b> of its {:.1f} mm.", escape(r.soft), escape(r.hard),
-                        100 * r.ratio(), r.hard_mm);
+    text += fmt::format(" The {} follows the {} by <b>{:.0f} %</b> of its {:.1f} mm.", readable(r.soft),
+                        readable(r.hard), 100 * r.ratio(), r.hard_mm);
     if (text.size() > 420) break;
   }
   return "<p class=\"lead\">" + text + "</p>\n";
@@ -63,8 +75,7 @@ std::string plan(const CaseResults& results) {
     const Vec3 c = bounds(s.surface).centre(), d = s.motion.point(c) - c;
     const double cosine =
         0.5 * (s.motion.rotation.c[0].x + s.motion.rotation.c[1].y + s.motion.rotation.c[2].z - 1);
-    rows.push_back({escape(s.name), fmt::format("{:.1f}", -d.y), fmt::format("{:.1f}", d.x),
-                    fmt::format("{:.1f}", d.z),
+    rows.push_back({escape(s.name), tenths(-d.y), tenths(d.x), tenths(d.z),
                     fmt::format("{:.1f}°", degrees(std::acos(std::clamp(cosine, -1.0, 1.0))))});
   }
   return "<pre>" + escape(results.record.plan_text) + "</pre>\n" +
@@ -106,8 +117,7 @@ std::string landmark_table(const Prediction& p) {
   for (const LandmarkShift& l : p.landmarks) {
     const Vec3 d = l.after - l.before;
     if (length(d) < 0.05) continue;
-    rows.push_back({escape(l.name), fmt::format("{:.1f}", -d.y), fmt::format("{:.1f}", d.x),
-                    fmt::format("{:.1f}", d.z), fmt::format("{:.1f}", length(d))});
+    rows.push_back({escape(l.name), tenths(-d.y), tenths(d.x), tenths(d.z), tenths(length(d))});
   }
   return html::table({"Landmark", "forward mm", "to the left mm", "up mm", "distance mm"}, rows);
 }
@@ -119,13 +129,15 @@ std::string solvers(const CaseResults& results) {
         p.solver == Solver::network
             ? fmt::format("{:.1e} ({:.1e} N)", p.equilibrium.relative_residual, p.equilibrium.residual_n)
             : "not an equilibrium";
-    rows.push_back({escape(std::string(name_of(p.solver))), fmt::format("{}", p.points),
-                    fmt::format("{}", p.springs), residual, fmt::format("{:.1f} ms", 1000 * p.solve_seconds),
-                    fmt::format("{}", p.inverted_prisms), fmt::format("{:.2f}", p.largest_stretch)});
+    rows.push_back(
+        {escape(std::string(name_of(p.solver))), fmt::format("{}", p.points), fmt::format("{}", p.springs),
+         residual, fmt::format("{:.1f} ms", 1000 * p.solve_seconds), fmt::format("{}", p.inverted_prisms),
+         fmt::format("{:.2f}", p.largest_stretch),
+         p.solver == Solver::network ? fmt::format("{:.2f} mm", p.deepest_contact_mm) : "no contact"});
   }
-  std::string out = html::table(
-      {"Solver", "points", "springs", "residual", "time", "prisms inverted", "greatest stretch of skin"},
-      rows);
+  std::string out = html::table({"Solver", "points", "springs", "residual", "time", "prisms inverted",
+                                 "greatest stretch of skin", "deepest in bone"},
+                                rows);
   for (std::size_t i = 1; i < results.predictions.size(); ++i) {
     const SkinDistance d = compare(results.predictions[0], results.predictions[i]);
     out += fmt::format(
@@ -144,13 +156,14 @@ std::string model(const CaseResults& results, const std::vector<Picture>& pictur
   constexpr const char* states[] = {"a piece of its own in the scan", "cut free of the skull, shown in red",
                                     "not in this scan"};
   std::string out = fmt::format(
-      "<p>{} points, {} prisms. Thickness {:.1f} to {:.1f} mm. {} of {} rays missed bone and were given a "
+      "<p>{} points, {} prisms. Thickness {:.1f} to {:.1f} mm, {:.1f} mm on average over bone. {} of {} rays "
+      "missed bone and were given a "
       "depth; {} prisms were "
       "repaired; {} are inverted. Skin at {:.0f} HU, bone at {:.0f} HU, both refined locally. Mandible: {}. "
       "Pieces removed "
       "(head holder, table, cables): {}.</p>\n",
-      t.points.size(), t.prisms(), *low, *high, t.rays_missed, t.columns(), t.prisms_repaired,
-      count_inverted(t, t.points), h.skin_level_hu, h.bone_level_hu,
+      t.points.size(), t.prisms(), *low, *high, t.mean_hit_thickness_mm, t.rays_missed, t.columns(),
+      t.prisms_repaired, count_inverted(t, t.points), h.skin_level_hu, h.bone_level_hu,
       states[static_cast<std::size_t>(h.mandible_state)], h.removed_pieces);
   return out + group(pictures, "thickness") + group(pictures, "landmarks") + group(pictures, "bones_front") +
          group(pictures, "bones_profile");
@@ -164,9 +177,10 @@ std::string limits(const CaseResults& results) {
       "<li>Published methods of this kind differ from operated patients by 0.6 mm in the median and 1.5 to "
       "1.7 mm at the 90th "
       "percentile (Mollemans et al. 2007); lips are the least certain part.</li>"
-      "<li>Lips and cheeks are free of the teeth but do not yet press on them; swelling, scars, muscle tone "
-      "and later "
-      "adaptation are not modelled.</li>"
+      "<li>Lips and cheeks slide on the teeth, but soft tissue does not yet touch soft tissue. Muscle tone, "
+      "swelling, scars and later adaptation are not modelled: an upper lip follows the maxilla farther here "
+      "than "
+      "in patients.</li>"
       "<li>Tissue stiffness is taken from the literature, not measured on this patient.</li>";
   if (results.patient.head().open_below) {
     out +=

@@ -151,6 +151,7 @@ Json prediction_json(const PatientCase& patient, const Prediction& p) {
     out["energy_nmm"] = p.equilibrium.energy_nmm;
   }
   out["largest_skin_stretch"] = p.largest_stretch;
+  if (p.solver == Solver::network) out["deepest_in_bone_mm"] = p.deepest_contact_mm;
   out["prisms_inverted"] = p.inverted_prisms;
   out["soft_to_hard"] = ratios;
   out["reference_bands"] = bands;
