@@ -52,8 +52,9 @@ PosedParts::PosedParts(const PhantomParameters& parameters) : parameters_(parame
   put(Part::brain, std::move(brain));
   put(Part::cartilage, cartilage());
   put(Part::holder, head_holder());
-  // Steepest slope per mm of the shares below: 1.875 over the width of each step, of those that overlap.
-  constexpr double bone_slope = 0.081, soft_slope = 0.108;
+  // More than the steepest slope per mm of the shares below: of each step 1.875 over its width, of those that
+  // overlap; and the widening beside the mouth.
+  constexpr double bone_slope = 0.081, soft_slope = 0.114;
   const double shift =
       std::abs(parameters.jaw_protrusion_mm) / parameters.size * std::hypot(1, occlusal_slope);
   for (std::size_t i = 0; i < part_count; ++i) {
@@ -97,9 +98,11 @@ double PosedParts::bone_share(const Vec3& q) const {
 }
 
 double PosedParts::soft_share(const Vec3& q) const {
-  // The upper lip stays, the lower goes with the chin for the most part; below the chin all fades into the
-  // neck.
-  return smooth_step(body_back, body_front, q.y) * smooth_step(-39, -60, q.z) * smooth_step(-128, -98, q.z);
+  // The upper lip stays, the lower goes with the chin for the most part; beside the mouth the cheek is drawn
+  // along over more of its height, without a ledge. Below the chin all fades into the neck.
+  const double cheek = smooth_step(26, 46, std::abs(q.x));
+  return smooth_step(body_back, body_front, q.y) * smooth_step(-39 + 20 * cheek, -60 - 6 * cheek, q.z) *
+         smooth_step(-128, -98, q.z);
 }
 
 // Where a point lay before the jaw grew forward, along the occlusal plane.
