@@ -53,6 +53,7 @@ TriMesh exact_skin(const Phantom& phantom, const CtVolume& scan, Context& contex
       Vec3& p = skin.points[i];
       for (int step = 0; step < 4; ++step) {
         const double d = phantom.skin(p);
+        if (std::abs(d) < 1e-9) break;
         Vec3 g{};
         for (int a = 0; a < 3; ++a) {
           Vec3 e{};

@@ -38,7 +38,8 @@ class Ellipsoid final : public Shape {
       const double next = fall > 0 ? std::max(t + (std::sqrt(sum) - 1) * sum / fall, left) : left;
       const double change = std::abs(next - t);
       t = next;
-      if (!(change > 1e-7 * (least_ * least_ + t))) break;  // the next step would be below rounding
+      // The steps' lengths square: what the next would add is far below a nanometre.
+      if (!(change > 1e-5 * (least_ * least_ + t))) break;
     }
     const double a = q.x / (t + squares_.x), b = q.y / (t + squares_.y), c = q.z / (t + squares_.z);
     const double gap = std::sqrt(a * a + b * b + c * c);
@@ -221,7 +222,7 @@ class Wall final : public Shape {
     });
     double steepest = 0;
     for (const auto& k : cubics) {
-      pieces_.push_back({k});
+      pieces_.push_back(Piece(k));
       for (const double t : {0.0, 0.5, 1.0}) {
         const Post step = k[1] + (k[2] * 2.0 + k[3] * (3 * t)) * t;
         steepest = std::max(steepest,
@@ -232,7 +233,11 @@ class Wall final : public Shape {
   }
   double distance(const Vec3& p) const override {
     double least = std::numeric_limits<double>::infinity();
-    for (const Piece& piece : pieces_) least = std::min(least, piece.distance(p, roundness_));
+    for (const Piece& piece : pieces_) {
+      const double clear = least + piece.ball.r;
+      if (clear < 0 || squared_length(p - piece.ball.p) > clear * clear) continue;
+      least = std::min(least, piece.distance(p, roundness_));
+    }
     return least;
   }
   double lipschitz() const override { return lipschitz_; }
@@ -259,6 +264,16 @@ class Wall final : public Shape {
  private:
   struct Piece {
     std::array<Post, 4> k;
+    Ball ball;  // holds the piece
+    explicit Piece(const std::array<Post, 4>& cubic) : k(cubic) {
+      // As of a sweep's piece, and the section's corners.
+      const auto length_of = [](const Post& v) { return length(Vec3{v.x, v.y, v.z}); };
+      const Post d = k[1] + k[2] + k[3], first = k[1] * (1.0 / 3), second = (k[1] + k[2]) * (1.0 / 3);
+      const double corner =
+          norm(k[0].h, k[0].t) + norm(k[1].h, k[1].t) + norm(k[2].h, k[2].t) + norm(k[3].h, k[3].t);
+      ball.p = Vec3{k[0].x, k[0].y, k[0].z} + Vec3{d.x, d.y, d.z} * 0.5;
+      ball.r = 0.5 * (length_of(first) + length_of(second) + length_of(d - first - second)) + corner + 1e-9;
+    }
     [[nodiscard]] Post at(double t) const { return k[0] + (k[1] + (k[2] + k[3] * t) * t) * t; }
     [[nodiscard]] double distance(const Vec3& p, double roundness) const {
       const Post d = k[1] + k[2] + k[3];

@@ -3,13 +3,18 @@
 namespace turgor::phantom {
 namespace {
 
+// How a window sees the soft tissue: as it is, or as it was before the jaw's protrusion carried it.
+enum class Pose : std::uint8_t { carried, at_rest };
+
 // A window of rays against `outward` through a rectangle around `centre`, and what they first meet of one
 // part.
 class Window {
  public:
-  Window(const PosedParts& parts, Part part, const Vec3& centre, const Vec3& outward, const Vec3& along)
+  Window(const PosedParts& parts, Part part, const Vec3& centre, const Vec3& outward, const Vec3& along,
+         Pose pose = Pose::carried)
       : parts_(parts),
         part_(part),
+        pose_(pose),
         centre_(centre),
         outward_(normalized(outward)),
         v_(normalized(along - outward_ * dot(along, outward_))),
@@ -21,19 +26,19 @@ class Window {
   [[nodiscard]] double height(double u, double v) const {
     const Vec3 from = centre_ + u_ * u + v_ * v + outward_ * reach_;
     const double slope = parts_.lipschitz(part_);
-    double t = 0, value = parts_.value(part_, from);
+    double t = 0, value = value_at(from);
     if (value < 0) return reach_;  // starts inside: as high as the window sees
     double before = 0;
     while (t < 2 * reach_) {
       before = t;
       t += std::max(value / slope, 0.02);
-      value = parts_.value(part_, from - outward_ * t);
+      value = value_at(from - outward_ * t);
       if (value < 0) break;
     }
     if (value >= 0) return -reach_;
     for (int i = 0; i < 40; ++i) {
       const double middle = 0.5 * (before + t);
-      (parts_.value(part_, from - outward_ * middle) >= 0 ? before : t) = middle;
+      (value_at(from - outward_ * middle) >= 0 ? before : t) = middle;
     }
     return reach_ - 0.5 * (before + t);
   }
@@ -72,8 +77,13 @@ class Window {
   }
 
  private:
+  [[nodiscard]] double value_at(const Vec3& p) const {
+    return parts_.value(part_, pose_ == Pose::carried ? p : parts_.place_soft(p / parts_.parameters().size));
+  }
+
   const PosedParts& parts_;
   Part part_;
+  Pose pose_;
   Vec3 centre_, outward_, v_, u_;
   double reach_;
 };
@@ -87,6 +97,7 @@ class LandmarkSearch {
   std::map<std::string, Vec3> all() {
     skull();
     mandible();
+    lips();
     soft_profile();
     soft_sides();
     for (const char* name : {"gonion", "condylion", "orbitale", "zygion", "cheilion", "alare"}) {
@@ -101,8 +112,8 @@ class LandmarkSearch {
 
   // Midline point of `part` near `centre`, within ± half of it along `along`.
   Vec3 midline(Part part, const Vec3& centre, double half, bool deepest, const Vec3& outward = front,
-               const Vec3& along = up) const {
-    return Window(parts_, part, centre, outward, along).extreme(0, half * size_, deepest);
+               const Vec3& along = up, Pose pose = Pose::carried) const {
+    return Window(parts_, part, centre, outward, along, pose).extreme(0, half * size_, deepest);
   }
 
   void skull() {
@@ -154,14 +165,11 @@ class LandmarkSearch {
     found_["soft_nasion"] = skin({0, -93, 22}, 9, true);
     found_["pronasale"] = skin({0, -117, -13}, 7, false);
     const Vec3 subnasale = midline(Part::skin, at({0, -103, -26}), 6, true, {0, -1, -1});
-    const Vec3 upper_lip = skin({0, -106, -41.5}, 4.5, false);
+    const Vec3 upper_lip = found_.at("labrale_superius");
     found_["subnasale"] = subnasale;
-    found_["labrale_superius"] = upper_lip;
     const Vec3 chord = upper_lip - subnasale;
     found_["soft_a_point"] = midline(Part::skin, (subnasale + upper_lip) * 0.5, 0.45 * length(chord) / size_,
                                      true, cross(normalized(chord), left), chord);
-    found_["stomion"] = skin({0, -101, -47}, 3, true);
-    found_["labrale_inferius"] = skin({0, -104, -53}, 4.5, false);
     found_["soft_b_point"] = skin({0, -97, -65}, 7, true);
     found_["soft_pogonion"] = skin({0, -99, -81}, 8, false);
     found_["soft_menton"] = midline(Part::skin, at({0, -84, -97}), 10, false, -up, front);
@@ -170,14 +178,26 @@ class LandmarkSearch {
   void soft_sides() {
     found_["alare_left"] =
         Window(parts_, Part::skin, fixed({17, -98.5, -17}), left, up).extreme(3 * size_, 5 * size_);
-    cheilion();
   }
 
-  // Where the furrow between the lips runs out: its depth, between the lips 2.5 mm above and below, falls to
-  // 0.3 mm.
-  void cheilion() {
+  // Between lips that a protrusion has set far apart no foremost and deepest points need be left (a retruded
+  // lower lip falls away steadily). So those of the head at rest are found, and go where their tissue goes.
+  void lips() {
+    const auto carried = [&](const Vec3& p) { return parts_.place_soft(p / size_); };
+    const auto lip = [&](const Vec3& q, double half, bool deepest) {
+      return carried(midline(Part::skin, fixed(q), half, deepest, front, up, Pose::at_rest));
+    };
+    found_["labrale_superius"] = lip({0, -106, -41.5}, 4.5, false);
+    found_["stomion"] = lip({0, -101, -47}, 3, true);
+    found_["labrale_inferius"] = lip({0, -104, -53}, 4.5, false);
+    found_["cheilion_left"] = carried(cheilion());
+  }
+
+  // Where the furrow between the lips at rest runs out: its depth, between the lips 2.5 mm above and below,
+  // falls to 0.3 mm.
+  [[nodiscard]] Vec3 cheilion() const {
     const auto deepest = [&](double x) {
-      const Window window(parts_, Part::skin, parts_.place_soft({x, -94, -47}), front, up);
+      const Window window(parts_, Part::skin, fixed({x, -94, -47}), front, up, Pose::at_rest);
       double depth = -1e9, v_deepest = 0;
       for (double v = -3; v <= 3; v += 0.25) {
         const auto y = [&](double dv) { return -window.height(0, (v + dv) * size_); };
@@ -191,7 +211,7 @@ class LandmarkSearch {
       const double middle = 0.5 * (low + high);
       (deepest(middle).first > 0.3 * size_ ? low : high) = middle;
     }
-    found_["cheilion_left"] = deepest(low).second;
+    return deepest(low).second;
   }
 
   const PosedParts& parts_;

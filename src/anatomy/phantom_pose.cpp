@@ -6,6 +6,8 @@ namespace {
 using implicit::smooth_step;
 
 constexpr double cell_mm = 8;
+// mm: trying a quadric on a box of a smaller radius costs as much as it saves.
+constexpr double least_fitted = 2;
 const Box3 indexed_box{{-112, -140, -192}, {112, 140, 144}};
 
 // Depth and height over which the mandible's body grows: before it all moves with the chin, behind it nothing
@@ -50,8 +52,9 @@ PosedParts::PosedParts(const PhantomParameters& parameters) : parameters_(parame
   put(Part::brain, std::move(brain));
   put(Part::cartilage, cartilage());
   put(Part::holder, head_holder());
-  // Steepest slope per mm of the shares below: 1.875 over the width of each step, of those that overlap.
-  constexpr double bone_slope = 0.081, soft_slope = 0.108;
+  // More than the steepest slope per mm of the shares below: of each step 1.875 over its width, of those that
+  // overlap; and the widening beside the mouth.
+  constexpr double bone_slope = 0.081, soft_slope = 0.114;
   const double shift =
       std::abs(parameters.jaw_protrusion_mm) / parameters.size * std::hypot(1, occlusal_slope);
   for (std::size_t i = 0; i < part_count; ++i) {
@@ -95,9 +98,11 @@ double PosedParts::bone_share(const Vec3& q) const {
 }
 
 double PosedParts::soft_share(const Vec3& q) const {
-  // The upper lip stays, the lower goes with the chin for the most part; below the chin all fades into the
-  // neck.
-  return smooth_step(body_back, body_front, q.y) * smooth_step(-39, -60, q.z) * smooth_step(-128, -98, q.z);
+  // The upper lip stays, the lower goes with the chin for the most part; beside the mouth the cheek is drawn
+  // along over more of its height, without a ledge. Below the chin all fades into the neck.
+  const double cheek = smooth_step(26, 46, std::abs(q.x));
+  return smooth_step(body_back, body_front, q.y) * smooth_step(-39 + 20 * cheek, -60 - 6 * cheek, q.z) *
+         smooth_step(-128, -98, q.z);
 }
 
 // Where a point lay before the jaw grew forward, along the occlusal plane.
@@ -151,18 +156,65 @@ double PosedParts::value(Part part, const Vec3& p) const {
 
 double PosedParts::value(Part part, const Vec3& p, const LocalFields& local) const {
   const auto i = static_cast<std::size_t>(part);
+  if ((local.fitted >> i & 1) != 0) return local.quadrics[i].at(p);
   const Vec3 q = reference(part, p);
   return posed(part, q, (local.held >> i & 1) != 0 ? local.fields[i].value(q) : fields_[i].value(q));
 }
 
-void PosedParts::add_local(LocalFields& local, Part part, const Vec3& centre, double radius,
-                           const LocalFields* wider) const {
+void PosedParts::add_local(LocalFields& local, Part part, const Vec3& centre, const Vec3& half,
+                           double tolerance, const LocalFields* wider) const {
   const auto i = static_cast<std::size_t>(part);
+  if (wider != nullptr && (wider->fitted >> i & 1) != 0) {
+    local.quadrics[i] = wider->quadrics[i];
+    local.fitted |= 1u << i;
+    return;
+  }
   const Vec3 q = reference(part, centre);
-  const double r = reference_radius(part, radius);
+  const double r = reference_radius(part, length(half));
   const bool known = wider != nullptr && (wider->held >> i & 1) != 0;
   local.fields[i] = known ? wider->fields[i].shortened(q, r) : fields_[i].shortened(q, r);
   local.held |= 1u << i;
+  // Where a box twice as large was off by more than the eightfold, this one will be off too.
+  if (known && wider->misfit[i] > 10 * tolerance) {
+    local.misfit[i] = wider->misfit[i];
+  } else if (tolerance > 0 && length(half) > least_fitted) {
+    fit(local, part, centre, half, tolerance);
+  }
+}
+
+// The quadric through points on the box, tried at its corners and, so that no fold hides between the points,
+// at uneven places inside.
+void PosedParts::fit(LocalFields& local, Part part, const Vec3& centre, const Vec3& half,
+                     double tolerance) const {
+  const auto i = static_cast<std::size_t>(part);
+  const auto place = [&](double x, double y, double z) {
+    return centre + Vec3{x * half.x, y * half.y, z * half.z};
+  };
+  const auto field = [&](double x, double y, double z) { return value(part, place(x, y, z), local); };
+  Quadric quadric{centre, field(0, 0, 0), {}, {}, {}};
+  for (int a = 0; a < 3; ++a) {
+    Vec3 u;
+    u[a] = 1;
+    const double high = field(u.x, u.y, u.z), low = field(-u.x, -u.y, -u.z);
+    quadric.slope[a] = 0.5 * (high - low) / half[a];
+    quadric.bend[a] = (0.5 * (high + low) - quadric.value) / (half[a] * half[a]);
+  }
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    Vec3 u;
+    u[b] = u[c] = 1;
+    const double rest = 0.5 * (field(u.x, u.y, u.z) + field(-u.x, -u.y, -u.z)) - quadric.value;
+    quadric.twist[a] = (rest - quadric.bend[b] * half[b] * half[b] - quadric.bend[c] * half[c] * half[c]) /
+                       (half[b] * half[c]);
+  }
+  for (int corner = 0; corner < 16; ++corner) {
+    const Vec3 at = corner < 8 ? Vec3{0.43, 0.57, 0.5} : Vec3{1, 1, 1};
+    const double x = corner & 1 ? at.x : -at.x, y = corner & 2 ? at.y : -at.y, z = corner & 4 ? at.z : -at.z;
+    local.misfit[i] = std::max(local.misfit[i], std::abs(quadric.at(place(x, y, z)) - field(x, y, z)));
+    if (local.misfit[i] > tolerance) return;
+  }
+  local.quadrics[i] = quadric;
+  local.fitted |= 1u << i;
 }
 
 Vec3 PosedParts::gradient(Part part, const Vec3& p) const {

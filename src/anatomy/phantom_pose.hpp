@@ -31,10 +31,25 @@ struct Layer {
   double hounsfield;
 };
 
-/// Fields of some parts that hold in one ball only, and there faster.
+/// A polynomial of the second degree.
+struct Quadric {
+  Vec3 centre;
+  double value = 0;
+  Vec3 slope, bend, twist;  ///< of x, y, z; of x², y², z²; of yz, zx, xy
+  [[nodiscard]] double at(const Vec3& p) const {
+    const Vec3 d = p - centre;
+    return value + d.x * (slope.x + bend.x * d.x + twist.z * d.y) +
+           d.y * (slope.y + bend.y * d.y + twist.x * d.z) + d.z * (slope.z + bend.z * d.z + twist.y * d.x);
+  }
+};
+
+/// Fields of some parts that hold in one box only, and there faster.
 struct LocalFields {
   std::array<implicit::Field, part_count> fields;
-  std::uint32_t held = 0;  ///< bit of each part that is there
+  std::array<Quadric, part_count> quadrics;
+  std::array<double, part_count> misfit{};  ///< mm: what the quadric that was tried was off by
+  std::uint32_t held = 0;                   ///< bit of each part whose field is there
+  std::uint32_t fitted = 0;                 ///< bit of each part whose quadric stands for it
 };
 
 class PosedParts {
@@ -45,8 +60,9 @@ class PosedParts {
   [[nodiscard]] double value(Part part, const Vec3& p) const;
   /// The same by `local`, where p lies in its ball.
   [[nodiscard]] double value(Part part, const Vec3& p, const LocalFields& local) const;
-  /// Adds the part's field for a ball; `wider` (may be null) holds in a ball around it.
-  void add_local(LocalFields& local, Part part, const Vec3& centre, double radius,
+  /// Adds the part's field for a box along the axes; `wider` (may be null) holds in one around it. Where a
+  /// quadric comes within `tolerance` mm of it (0: never), that instead.
+  void add_local(LocalFields& local, Part part, const Vec3& centre, const Vec3& half, double tolerance,
                  const LocalFields* wider) const;
   /// Bound of the change of value() per mm: everywhere, and within `radius` around p.
   [[nodiscard]] double lipschitz(Part part) const;
@@ -73,6 +89,7 @@ class PosedParts {
   /// The part's value at p, given its field's value at p's place q in the reference.
   [[nodiscard]] double posed(Part part, const Vec3& q, double value) const;
   [[nodiscard]] double reference_radius(Part part, double radius) const;
+  void fit(LocalFields& local, Part part, const Vec3& centre, const Vec3& half, double tolerance) const;
 
   PhantomParameters parameters_;
   std::array<implicit::IndexedField, part_count> fields_;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int layer_count = TissueProbe::layer_count;
 constexpr int block = 16;            // voxels along the edge of the first cells
-constexpr double largest_local = 4;  // mm: smaller cells get fields of their own
+constexpr double largest_local = 8;  // mm: smaller cells get fields of their own
 
 /// A range of voxels, all layers but `active` known to be absent in it.
 struct Cell {
@@ -54,14 +54,18 @@ class CellWalk {
     cell.active = still;
     const bool single =
         cell.to[0] - cell.from[0] == 1 && cell.to[1] - cell.from[1] == 1 && cell.to[2] - cell.from[2] == 1;
-    if (single) return sink_.mixed(cell.from, still, probe, local);
-    if (radius > largest_local || radius > 0.6 * local_radius) return split(cell, local, local_radius);
+    const bool divided = !single || sink_.divides(radius);
+    if (!divided || radius > largest_local || radius > 0.6 * local_radius) {
+      return single ? sink_.mixed(cell.from, still, probe, local) : split(cell, local, local_radius);
+    }
     // Fields of the cell's own, for all that lies in it.
     LocalFields own;
     const std::uint32_t needed = TissueProbe::parts_of(still);
     for (std::size_t i = 0; i < part_count; ++i) {
-      if ((needed >> i & 1) != 0) parts_.add_local(own, static_cast<Part>(i), centre, radius, local);
+      if ((needed >> i & 1) != 0)
+        parts_.add_local(own, static_cast<Part>(i), centre, half, sink_.tolerance(), local);
     }
+    if (single) return sink_.mixed(cell.from, still, probe, &own);
     split(cell, &own, radius);
   }
 
@@ -102,6 +106,12 @@ class HounsfieldSink {
 
   /// Half a sample's width: so far beyond its centre an outline counts in a sample.
   [[nodiscard]] double margin() const { return 0.25 * largest_box_; }
+  /// By how much an outline may be off, mm: a fiftieth of a voxel.
+  [[nodiscard]] double tolerance() const {
+    return 0.02 * std::min({grid_.spacing.x, grid_.spacing.y, grid_.spacing.z});
+  }
+  /// Voxels of this radius are taken apart.
+  [[nodiscard]] bool divides(double radius) const { return radius > largest_box_; }
   void constant(const Cell& cell, int layer, TissueProbe&, double) {
     const auto value = static_cast<float>(TissueProbe::layers[static_cast<std::size_t>(layer)].hounsfield);
     for (int k = cell.from[2]; k < cell.to[2]; ++k) {
@@ -228,6 +238,8 @@ struct LabelSink {
   std::vector<std::uint8_t>& out;
 
   [[nodiscard]] static double margin() { return 0; }
+  [[nodiscard]] static double tolerance() { return 0; }  // labels are exact
+  [[nodiscard]] static bool divides(double) { return false; }
   void constant(const Cell& cell, int layer, TissueProbe& probe, double radius) {
     // One layer, but perhaps of two labels (skull and mandible side by side): then voxel by voxel.
     const bool varies = !probe.same_label(layer, radius);
@@ -235,23 +247,25 @@ struct LabelSink {
     for (int k = cell.from[2]; k < cell.to[2]; ++k) {
       for (int j = cell.from[1]; j < cell.to[1]; ++j) {
         for (int i = cell.from[0]; i < cell.to[0]; ++i) {
-          out[grid.offset(i, j, k)] = varies ? at({i, j, k}, 1u << layer, nullptr) : whole;
+          if (!varies) {
+            out[grid.offset(i, j, k)] = whole;
+            continue;
+          }
+          TissueProbe own(parts, grid.to_patient({1.0 * i, 1.0 * j, 1.0 * k}));
+          mixed({i, j, k}, 1u << layer, own, nullptr);
         }
       }
     }
   }
-  void mixed(const Index3& voxel, std::uint32_t active, TissueProbe&, const LocalFields* local) {
-    out[grid.offset(voxel[0], voxel[1], voxel[2])] = at(voxel, active, local);
-  }
-  [[nodiscard]] std::uint8_t at(const Index3& voxel, std::uint32_t active, const LocalFields* local) const {
-    TissueProbe probe(parts,
-                      grid.to_patient({static_cast<double>(voxel[0]), static_cast<double>(voxel[1]),
-                                       static_cast<double>(voxel[2])}),
-                      local);
+  // The probe lies at the voxel's centre.
+  void mixed(const Index3& voxel, std::uint32_t active, TissueProbe& probe, const LocalFields*) const {
+    PhantomLabel label = PhantomLabel::air;
     for (int l = 0; l < layer_count; ++l) {
-      if ((active >> l & 1) != 0 && probe.outline(l) < 0) return static_cast<std::uint8_t>(probe.label(l));
+      if ((active >> l & 1) == 0 || probe.outline(l) >= 0) continue;
+      label = probe.label(l);
+      break;
     }
-    return static_cast<std::uint8_t>(PhantomLabel::air);
+    out[grid.offset(voxel[0], voxel[1], voxel[2])] = static_cast<std::uint8_t>(label);
   }
 };
 

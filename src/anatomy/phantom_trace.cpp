@@ -18,9 +18,9 @@ std::optional<double> trace(const PosedParts& parts, PhantomSurface surface, con
     }
     return std::min(parts.value(Part::skull, p), parts.value(Part::mandible, p));
   };
-  double slope = 0;
-  for (const Part part : {Part::skin, Part::skull, Part::mandible})
-    slope = std::max(slope, parts.lipschitz(part));
+  double slope = parts.lipschitz(Part::skin);
+  if (surface != PhantomSurface::skin)
+    slope = std::max(parts.lipschitz(Part::skull), parts.lipschitz(Part::mandible));
   constexpr double least_step = 0.02;  // mm: what is thinner may be passed
   double t = 0, v = value(0);
   const bool starts_inside = v < 0;
