@@ -115,26 +115,33 @@ std::string truth_json(const Phantom& phantom) {
   return out.dump(2) + "\n";
 }
 
-}  // namespace
-
-Result<void> run_phantom(const Invocation& arguments, Context& context) {
-  TURGOR_TRY(const Phantom phantom, Phantom::create(parameters_of(arguments)));
-  TURGOR_TRY(const CtVolume scan, phantom.scan(context));
-  TURGOR_TRY(const LabelVolume labels, phantom.labels(scan.grid, context));
-  TURGOR_TRY(StagedFolder staged, StagedFolder::create(arguments.path("output")));
+Result<void> write_phantom(const Phantom& phantom, const CtVolume& scan, const LabelVolume& labels,
+                           const std::filesystem::path& folder, Context& context) {
   std::error_code code;
-  if (std::filesystem::create_directory(staged.path() / "dicom", code); code) {
-    return Error{ErrorKind::system, "the folder cannot be made", staged.path().string(),
-                 "Check its permissions"};
+  if (std::filesystem::create_directory(folder / "dicom", code); code) {
+    return Error{ErrorKind::system, "the folder cannot be made (" + code.message() + ")",
+                 (folder / "dicom").string(), "Choose another output folder"};
   }
   DicomWriteOptions dicom;
   dicom.seed = phantom.parameters().seed;
-  TURGOR_CHECK(write_dicom_series(staged.path() / "dicom", scan, dicom, context));
-  TURGOR_CHECK(write_nrrd(staged.path() / "labels.nrrd", labels));
-  TURGOR_CHECK(write_thickness(phantom, scan, staged.path() / "thickness.ply", context));
-  TURGOR_CHECK(write_file(staged.path() / "truth.json", truth_json(phantom)));
-  TURGOR_CHECK(staged.commit());
-  fmt::print("{} slices: {}\n", scan.grid.size[2], (arguments.path("output") / "dicom").string());
+  TURGOR_CHECK(write_dicom_series(folder / "dicom", scan, dicom, context));
+  TURGOR_CHECK(write_nrrd(folder / "labels.nrrd", labels));
+  TURGOR_CHECK(write_thickness(phantom, scan, folder / "thickness.ply", context));
+  TURGOR_CHECK(context.check());
+  return write_file(folder / "truth.json", truth_json(phantom));
+}
+
+}  // namespace
+
+Result<void> run_phantom(const Invocation& arguments, Context& context) {
+  const std::filesystem::path folder = arguments.path("output");
+  TURGOR_TRY(const Phantom phantom, Phantom::create(parameters_of(arguments)));
+  TURGOR_CHECK(check_output_folder(folder));
+  TURGOR_TRY(const CtVolume scan, phantom.scan(context));
+  TURGOR_TRY(const LabelVolume labels, phantom.labels(scan.grid, context));
+  TURGOR_CHECK(write_folder(
+      folder, [&](const auto& path) { return write_phantom(phantom, scan, labels, path, context); }));
+  fmt::print("{} slices: {}\n", scan.grid.size[2], (folder / "dicom").string());
   return {};
 }
 
