@@ -71,6 +71,7 @@ Result<void> add_bones(Head& head, const ScannedBody& body, const TissueLevels& 
   int left = options.bone_triangles;
   if (bones.mandible_state != MandibleState::absent) {
     const LabelSurface mandible = surface_of_label(body.hu, bones.labels, kMandible, settings);
+    TURGOR_CHECK(context.check());
     head.mandible = reduced(mandible.mesh, share);
     if (bones.mandible_state == MandibleState::cut) head.mandible_cut = cut_of(mandible);
     left -= share;
