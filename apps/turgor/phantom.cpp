@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "subcommands.hpp"
+#include "terminal.hpp"
 #include "turgor/anatomy/phantom.hpp"
 #include "turgor/core/file.hpp"
 #include "turgor/core/parallel.hpp"
@@ -149,8 +150,12 @@ Result<void> write_phantom(const Phantom& phantom, const CtVolume& scan, const L
 
 Result<void> run_phantom(const Invocation& arguments, Context& context) {
   const std::filesystem::path folder = arguments.path("output");
-  TURGOR_TRY(const Phantom phantom, Phantom::create(parameters_of(arguments)));
   TURGOR_CHECK(check_output_folder(folder));
+  auto made = [&] {
+    const StopAtOnce stop_at_once;  // shaping the phantom takes a second or two and asks nobody
+    return Phantom::create(parameters_of(arguments));
+  }();
+  TURGOR_TRY(const Phantom phantom, std::move(made));
   TURGOR_TRY(const CtVolume scan, phantom.scan(context));
   TURGOR_TRY(const LabelVolume labels, phantom.labels(scan.grid, context));
   TURGOR_CHECK(write_folder(

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "subcommands.hpp"
+#include "terminal.hpp"
 #include "turgor/commands/plan.hpp"
 #include "turgor/core/file.hpp"
 #include "turgor/render/results.hpp"
@@ -38,6 +39,12 @@ Error named(Error error, const std::filesystem::path& plan) {
   return error;
 }
 
+// Single steps on the surfaces of a large scan take longer than a user who wants to stop will wait.
+Result<PatientCase> open_case(const Invocation& arguments, const CaseOptions& options, Context& context) {
+  const StopAtOnce stop_at_once;
+  return PatientCase::open(arguments.path("scan"), options, context);
+}
+
 Result<std::vector<Prediction>> predict_all(const Invocation& arguments, const PatientCase& patient,
                                             const SolverOptions& solvers, Context& context) {
   std::vector<Prediction> predictions;
@@ -60,7 +67,7 @@ Result<void> run_predict(const Invocation& arguments, const std::string& command
   apply_solver_flags(arguments, options, solvers);
   if (arguments.given("series")) options.scan.series = arguments.word("series");
 
-  auto patient = PatientCase::open(arguments.path("scan"), options, context);
+  auto patient = open_case(arguments, options, context);
   if (!patient) return named(patient.error(), plan_file);
   TURGOR_CHECK(apply_operations(plan, *patient));
   const auto predictions = predict_all(arguments, *patient, solvers, context);
@@ -83,7 +90,7 @@ Result<void> run_build(const Invocation& arguments, const std::string& command_l
   SolverOptions solvers;
   apply_settings(plan, Quality::normal, options, solvers);
   if (arguments.given("series")) options.scan.series = arguments.word("series");
-  const auto patient = PatientCase::open(arguments.path("scan"), options, context);
+  const auto patient = open_case(arguments, options, context);
   if (!patient) {
     return arguments.given("plan") ? named(patient.error(), arguments.path("plan")) : patient.error();
   }

@@ -20,7 +20,22 @@ using Clock = std::chrono::steady_clock;
 std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
+std::atomic<int> nothing_at_stake{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+// Only what a signal handler may call.
+void stop_at_once() {
+  static constexpr char wipe[] = "\r\033[K";
+  static constexpr char text[] = "turgor: stopped on request; nothing was written.\n";
+  ssize_t written = 0;
+  if (::isatty(STDERR_FILENO) != 0) written = ::write(STDERR_FILENO, wipe, sizeof wipe - 1);
+  written = ::write(STDERR_FILENO, text, sizeof text - 1);
+  static_cast<void>(written);
+  ::_exit(Error{ErrorKind::cancelled, {}, {}, {}}.exit_code());
+}
+
 extern "C" void ask_to_stop(int signal) {
+  if (nothing_at_stake > 0) stop_at_once();
   if (stop_asked.exchange(true)) {
     // Asked twice: do as other programs do.
     ::signal(signal, SIG_DFL);
@@ -86,6 +101,16 @@ class ProgressLine {
 };
 
 }  // namespace
+
+StopAtOnce::StopAtOnce() {
+  ++nothing_at_stake;
+  // Asked for just before: the handler has left it to the work, which is not going to ask.
+  if (stop_asked) stop_at_once();
+}
+
+StopAtOnce::~StopAtOnce() {
+  --nothing_at_stake;
+}
 
 std::unique_ptr<Context> make_terminal_context() {
   struct sigaction action {};

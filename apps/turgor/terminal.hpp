@@ -12,6 +12,16 @@ namespace turgor {
 /// program at once.
 std::unique_ptr<Context> make_terminal_context();
 
+/// While it lives, Ctrl-C ends the program there and then: for work that writes nothing and has steps too
+/// long to wait for.
+class StopAtOnce {
+ public:
+  StopAtOnce();
+  StopAtOnce(const StopAtOnce&) = delete;
+  StopAtOnce& operator=(const StopAtOnce&) = delete;
+  ~StopAtOnce();
+};
+
 /// Prints an error as one line on standard error and returns the exit code.
 int fail(const Error& error);
 
