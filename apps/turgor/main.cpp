@@ -1,8 +1,11 @@
 // turgor: from a head scan to the face after surgery. See `turgor help`.
+#include <fcntl.h>
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "subcommands.hpp"
@@ -46,6 +49,11 @@ Result<void> dispatch(const Invocation& arguments, const std::string& command_li
   return {};
 }
 
+Error output_lost() {
+  return {ErrorKind::system, "what the program prints cannot be written", "standard output",
+          "Free some space, or send the output elsewhere"};
+}
+
 int run(const std::vector<std::string>& words) {
   std::string command_line = "turgor";
   for (const std::string& word : words) command_line += ' ' + quote_word(word);
@@ -55,18 +63,33 @@ int run(const std::vector<std::string>& words) {
     set_thread_count(static_cast<int>(arguments->integer("threads")));
   const auto context = make_terminal_context();
   const auto done = dispatch(*arguments, command_line, *context);
-  return done ? 0 : fail(done.error());
+  if (!done) return fail(done.error());
+  // What is still in the buffer may yet meet a full disk.
+  return std::fflush(stdout) == 0 ? 0 : fail(output_lost());
+}
+
+// A stream that the caller has closed gives its number to the next file opened, and words meant for the user
+// would end in that file.
+void open_closed_streams() {
+  for (int stream = 0; stream < 3; ++stream) {
+    if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", O_RDWR);
+  }
 }
 
 }  // namespace
 }  // namespace turgor
 
 int main(int argc, char** argv) {
+  turgor::open_closed_streams();
   try {
     return turgor::run({argv + 1, argv + argc});
   } catch (const std::bad_alloc&) {
     return turgor::fail({turgor::ErrorKind::system, "not enough memory", "",
                          "Use -quality draft, or a machine with more memory"});
+  } catch (const std::system_error& error) {
+    if (std::ferror(stdout) != 0) return turgor::fail(turgor::output_lost());
+    return turgor::fail({turgor::ErrorKind::system, std::string("the system refused: ") + error.what(), "",
+                         "Check the paths and their permissions"});
   } catch (const std::exception& error) {
     return turgor::fail({turgor::ErrorKind::internal, std::string("a fault in the program: ") + error.what(),
                          "", "Please report it with the command and the input"});

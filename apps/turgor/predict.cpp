@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "subcommands.hpp"
+#include "terminal.hpp"
 #include "turgor/commands/plan.hpp"
 #include "turgor/core/file.hpp"
 #include "turgor/render/results.hpp"
@@ -32,19 +33,20 @@ void print_summary(const std::vector<Prediction>& predictions, const std::filesy
   fmt::print("report: {}\n", (folder / "report.html").string());
 }
 
-}  // namespace
+// Faults of the plan as a whole are told by its file.
+Error named(Error error, const std::filesystem::path& plan) {
+  if (error.where == "plan") error.where = plan.string();
+  return error;
+}
 
-Result<void> run_predict(const Invocation& arguments, const std::string& command_line, Context& context) {
-  const std::filesystem::path folder = arguments.path("output");
-  TURGOR_TRY(const Plan plan, read_plan(arguments.path("plan")));
-  CaseOptions options;
-  SolverOptions solvers;
-  apply_settings(plan, quality_of(arguments), options, solvers);
-  apply_solver_flags(arguments, options, solvers);
-  if (arguments.given("series")) options.scan.series = arguments.word("series");
+// Single steps on the surfaces of a large scan take longer than a user who wants to stop will wait.
+Result<PatientCase> open_case(const Invocation& arguments, const CaseOptions& options, Context& context) {
+  const StopAtOnce stop_at_once;
+  return PatientCase::open(arguments.path("scan"), options, context);
+}
 
-  TURGOR_TRY(PatientCase patient, PatientCase::open(arguments.path("scan"), options, context));
-  TURGOR_CHECK(apply_operations(plan, patient));
+Result<std::vector<Prediction>> predict_all(const Invocation& arguments, const PatientCase& patient,
+                                            const SolverOptions& solvers, Context& context) {
   std::vector<Prediction> predictions;
   for (const Solver solver : solvers_of(arguments)) {
     auto prediction = predict(patient, solver, solvers, context);
@@ -53,35 +55,57 @@ Result<void> run_predict(const Invocation& arguments, const std::string& command
     } else if (predictions.empty() || prediction.error().kind == ErrorKind::cancelled) {
       return prediction.error();
     } else {
+      // The main solver has answered: the other one is for comparison.
       context.warning(fmt::format("{} gave no usable answer and is left out: {}", name_of(solver),
                                   prediction.error().message()));
     }
   }
-  TURGOR_TRY(StagedFolder staged, StagedFolder::create(folder));
+  return predictions;
+}
+
+}  // namespace
+
+Result<void> run_predict(const Invocation& arguments, const std::string& command_line, Context& context) {
+  const std::filesystem::path folder = arguments.path("output"), plan_file = arguments.path("plan");
+  TURGOR_TRY(const Plan plan, read_plan(plan_file));
+  TURGOR_CHECK(check_output_folder(folder));
+  CaseOptions options;
+  SolverOptions solvers;
+  apply_settings(plan, quality_of(arguments), options, solvers);
+  apply_solver_flags(arguments, options, solvers);
+  if (arguments.given("series")) options.scan.series = arguments.word("series");
+
+  auto patient = open_case(arguments, options, context);
+  if (!patient) return named(patient.error(), plan_file);
+  TURGOR_CHECK(apply_operations(plan, *patient));
+  const auto predictions = predict_all(arguments, *patient, solvers, context);
+  if (!predictions) return named(predictions.error(), plan_file);
   const CaseResults results{
-      patient, predictions, {program_version, command_line, plan.name, plan.text(), solvers}};
-  TURGOR_CHECK(write_results(results, staged.path(), context));
-  TURGOR_CHECK(staged.commit());
-  print_summary(predictions, folder);
+      *patient, *predictions, {program_version, command_line, plan.name, plan.text(), solvers}};
+  TURGOR_CHECK(write_folder(folder, [&](const auto& path) { return write_results(results, path, context); }));
+  print_summary(*predictions, folder);
   return {};
 }
 
 Result<void> run_build(const Invocation& arguments, const std::string& command_line, Context& context) {
+  const std::filesystem::path folder = arguments.path("output");
   Plan plan;
   if (arguments.given("plan")) {
     TURGOR_TRY(plan, read_plan(arguments.path("plan")));
   }
+  TURGOR_CHECK(check_output_folder(folder));
   CaseOptions options;
   SolverOptions solvers;
   apply_settings(plan, Quality::normal, options, solvers);
   if (arguments.given("series")) options.scan.series = arguments.word("series");
-  TURGOR_TRY(const PatientCase patient, PatientCase::open(arguments.path("scan"), options, context));
-  TURGOR_TRY(StagedFolder staged, StagedFolder::create(arguments.path("output")));
+  const auto patient = open_case(arguments, options, context);
+  if (!patient) {
+    return arguments.given("plan") ? named(patient.error(), arguments.path("plan")) : patient.error();
+  }
   const std::vector<Prediction> none;
-  const CaseResults results{patient, none, {program_version, command_line, plan.name, plan.text(), solvers}};
-  TURGOR_CHECK(write_results(results, staged.path(), context));
-  TURGOR_CHECK(staged.commit());
-  fmt::print("report: {}\n", (arguments.path("output") / "report.html").string());
+  const CaseResults results{*patient, none, {program_version, command_line, plan.name, plan.text(), solvers}};
+  TURGOR_CHECK(write_folder(folder, [&](const auto& path) { return write_results(results, path, context); }));
+  fmt::print("report: {}\n", (folder / "report.html").string());
   return {};
 }
 

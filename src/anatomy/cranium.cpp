@@ -17,6 +17,8 @@ constexpr int kLeastDirections = 20;
 /// Orbits and nose join the cavity through openings narrower than twice this.
 constexpr double kNeckMm = 8;
 constexpr double kSmallestCavityMl = 250;
+/// Several times an adult's. No head comes near it: the spacing in the file is wrong.
+constexpr double kLargestCavityMl = 10'000;
 /// Bone this far from the cavity is not vault.
 constexpr double kVaultMm = 14;
 
@@ -189,6 +191,11 @@ Result<Cranium> find_cranium(const ScannedBody& body, const TissueLevels& levels
                             "holds {:.0f} ml)",
                             cranium.cavity_ml),
         .remedy = "Choose a CT of the head that shows the face and at least half of the cranium"};
+  }
+  if (cranium.cavity_ml > kLargestCavityMl) {
+    return Error{.what = fmt::format("the head is too large: its cranial cavity holds {:.0f} litres",
+                                     cranium.cavity_ml / 1000),
+                 .remedy = "Check the voxel spacing stored in the file: it must be in millimetres"};
   }
   const Volume<float> from_cavity = distance_to(cells.cavity, 200);
   cranium.to_face = direction_to_face(cells, cranium.centre, from_cavity);

@@ -56,7 +56,7 @@ TriMesh cut_of(const LabelSurface& surface) {
 Result<void> add_skin(Head& head, const ScannedBody& body, const TissueLevels& levels,
                       const HeadOptions& options, Context& context) {
   const Stage stage(context, "Skin surface");
-  const SurfaceSettings settings{levels.skin_level, options.smoothing, true};
+  const SurfaceSettings settings{levels.skin_level, options.smoothing, true, &context};
   const LabelSurface skin = surface_of_label(body.hu, body.solid, 1, settings);
   TURGOR_CHECK(context.check());
   head.skin = reduced(skin.mesh, options.skin_triangles);
@@ -66,11 +66,12 @@ Result<void> add_skin(Head& head, const ScannedBody& body, const TissueLevels& l
 Result<void> add_bones(Head& head, const ScannedBody& body, const TissueLevels& levels,
                        const BoneLabels& bones, const HeadOptions& options, Context& context) {
   const Stage stage(context, "Bone surfaces");
-  const SurfaceSettings settings{levels.bone_level, options.smoothing, false};
+  const SurfaceSettings settings{levels.bone_level, options.smoothing, false, &context};
   const int share = static_cast<int>(kMandibleShare * options.bone_triangles);
   int left = options.bone_triangles;
   if (bones.mandible_state != MandibleState::absent) {
     const LabelSurface mandible = surface_of_label(body.hu, bones.labels, kMandible, settings);
+    TURGOR_CHECK(context.check());
     head.mandible = reduced(mandible.mesh, share);
     if (bones.mandible_state == MandibleState::cut) head.mandible_cut = cut_of(mandible);
     left -= share;

@@ -86,20 +86,23 @@ LabelSurface finished(TriMesh raw, const CtVolume& hu, const LabelVolume& labels
                       const SurfaceSettings& settings) {
   LabelSurface surface{std::move(raw), {}};
   TriMesh& mesh = surface.mesh;
-  if (mesh.empty()) return surface;
+  if (mesh.empty() || settings.stopped()) return surface;
   surface.placed_by_label = find_points_placed_by_label(mesh, hu, labels, label, settings.level);
   const std::vector<bool> at_end = boundary_points(mesh, hu.grid);
   const Vec3 s = hu.grid.spacing;
   const std::vector<Vec3> before = mesh.points;
   refine_to_local_level(mesh, hu, kReachMm, kMostShiftVoxels * std::max({s.x, s.y, s.z}));
+  if (settings.stopped()) return surface;
   std::vector<bool> membrane(before.size(), false);
   for (std::size_t p = 0; p < before.size(); ++p) {
     membrane[p] = settings.membranes && surface.placed_by_label[p] && !at_end[p];
     if (membrane[p] || at_end[p]) mesh.points[p] = before[p];
   }
   relax(mesh, membrane);
+  if (settings.stopped()) return surface;
   const int steps = static_cast<int>(std::lround(kSmoothingSteps * settings.smoothing));
   if (steps > 0) mesh = smooth(std::move(mesh), steps, kPassBand);
+  if (settings.stopped()) return surface;
   unfold(mesh);  // local refinement turns over some slivers
   return surface;
 }
@@ -115,8 +118,9 @@ TriMesh largest_surface(const TriMesh& mesh, std::vector<int>* point_map) {
 
 LabelSurface surface_of_label(const CtVolume& hu, const LabelVolume& labels, std::uint8_t label,
                               const SurfaceSettings& settings) {
-  return finished(largest_surface(isosurface_of_label(hu, settings.level, labels, label)), hu, labels, label,
-                  settings);
+  const TriMesh all = isosurface_of_label(hu, settings.level, labels, label);
+  if (settings.stopped()) return {};
+  return finished(largest_surface(all), hu, labels, label, settings);
 }
 
 TriMesh surface_pieces_of_label(const CtVolume& hu, const LabelVolume& labels, std::uint8_t label,

@@ -15,6 +15,11 @@ struct SurfaceSettings {
   /// Where label and level disagree: false, the bones of a joint are drawn back to the seam between them;
   /// true, a taut membrane is spanned over closed openings.
   bool membranes = false;
+  /// Asked between the steps, some of which take half a second. Where it says stop, the surface is
+  /// unfinished.
+  const Context* context = nullptr;
+
+  [[nodiscard]] bool stopped() const { return context != nullptr && context->cancelled(); }
 };
 
 /// A surface, and which of its points the label alone has placed (on a cut, over a closed opening), where the

@@ -90,9 +90,11 @@ Result<void> measure_bone(const CtVolume& hu, const LabelVolume& body, const Hea
   levels.bone_level = between_integers(levels.bone_level);
   const double bone_ml = count_between(h, static_cast<int>(levels.bone_level), kHighest) * voxel_ml(hu.grid);
   if (clearly_bone_ml < kSmallestBoneMl || bone_ml < kSmallestBoneMl) {
+    const bool none_clear = clearly_bone_ml < kSmallestBoneMl;
     return Error{
-        .what = fmt::format("the scan shows no bone: only {:.0f} ml of the body lie above {:.0f} HU", bone_ml,
-                            levels.bone_level),
+        .what = fmt::format("the scan shows no bone: only {:.0f} ml of the body lie above {:.0f} HU",
+                            none_clear ? clearly_bone_ml : bone_ml,
+                            none_clear ? double(clearly_bone) : levels.bone_level),
         .remedy = "Check that it is a CT of a head in Hounsfield units, or lower the bone threshold"};
   }
   return {};

@@ -1,15 +1,23 @@
 #include "turgor/world/patient_case.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace turgor {
 namespace {
 
-Result<void> correct_landmarks(const CaseOptions& options, Landmarks& landmarks) {
+Result<void> correct_landmarks(const CaseOptions& options, const Box3& scan, Landmarks& landmarks) {
   for (const auto& [name, point] : options.landmark_corrections) {
     if (find_landmark_kind(name) == nullptr) {
-      return Error{ErrorKind::bad_command, "there is no landmark '" + name + "'", "",
+      return Error{ErrorKind::bad_command, "there is no landmark '" + name + "'", "plan",
                    "See: turgor help landmark"};
+    }
+    if (!scan.contains(point)) {
+      return Error{ErrorKind::bad_command,
+                   fmt::format("the landmark '{}' at ({:g}, {:g}, {:g}) lies outside the scan", name, point.x,
+                               point.y, point.z),
+                   "plan", "Give millimetres within the extent that turgor info prints"};
     }
     landmarks[name] = {point, true};
   }
@@ -27,7 +35,7 @@ Result<PatientCase> PatientCase::open(const std::filesystem::path& path, const C
   auto built = build_head(scan, options.head, context);
   if (!built) {
     Error error = built.error();
-    if (error.where.empty()) error.where = path.string();
+    if (error.where.empty() && error.kind != ErrorKind::cancelled) error.where = path.string();
     return error;
   }
   Head head = *std::move(built);
@@ -36,7 +44,7 @@ Result<PatientCase> PatientCase::open(const std::filesystem::path& path, const C
   patient.scan_path_ = path;
   patient.options_ = options;
   patient.landmarks_ = find_landmarks(patient.head_, context);
-  TURGOR_CHECK(correct_landmarks(options, patient.landmarks_));
+  TURGOR_CHECK(correct_landmarks(options, patient.head_.scan_box, patient.landmarks_));
   TURGOR_TRY(patient.tissue_, build_tissue(patient.head_, patient.landmarks_, options.tissue, context));
   patient.part_lips();
   return patient;

@@ -227,7 +227,7 @@ TEST(LabelSurface, KeepsTheLargestPieceAndSpansAMembraneOverAFilledDent) {
     return std::clamp(-480 - 520 * std::min(inside, crumb), -1000.0, 40.0);
   });
   const LabelVolume solid = made<std::uint8_t>(g, [](const Vec3& p) { return length(p) < 20; });
-  const LabelSurface surface = surface_of_label(hu, solid, 1, {-480, 0, true});
+  const LabelSurface surface = surface_of_label(hu, solid, 1, {-480, 0, true, nullptr});
   EXPECT_EQ(topology(surface.mesh).components, 1);
   EXPECT_TRUE(topology(surface.mesh).closed());
   int membrane = 0;

@@ -1,4 +1,6 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <numeric>
@@ -91,6 +93,59 @@ TEST_F(FileTest, ACommittedFolderHoldsItsFilesAndKeepsOthers) {
   }
   EXPECT_EQ(*read_text_file(folder_ / "result/a.txt"), "a.txt");
   EXPECT_EQ(*read_text_file(folder_ / "result/b.txt"), "b.txt");
+}
+
+TEST_F(FileTest, ParentsMadeForAStagedFolderGoWithIt) {
+  std::filesystem::create_directory(folder_ / "kept");
+  for (const char* target : {"a/b/c", "kept/b"}) {
+    auto staged = StagedFolder::create(folder_ / target);
+    ASSERT_TRUE(static_cast<bool>(staged));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "kept"));
+  const auto write_one = [](const std::filesystem::path& path) { return write_file(path / "f", "x"); };
+  ASSERT_TRUE(static_cast<bool>(write_folder(folder_ / "a/b/c", write_one)));
+  EXPECT_EQ(*read_text_file(folder_ / "a/b/c/f"), "x");
+}
+
+TEST_F(FileTest, AFolderInTheWayOfAFileIsFoundBeforeAnythingIsMoved) {
+  std::filesystem::create_directories(folder_ / "result/b");
+  const auto write_two = [](const std::filesystem::path& path) -> Result<void> {
+    TURGOR_CHECK(write_file(path / "a", "x"));
+    return write_file(path / "b", "x");
+  };
+  const auto written = write_folder(folder_ / "result", write_two);
+  ASSERT_FALSE(static_cast<bool>(written));
+  EXPECT_EQ(written.error().where, (folder_ / "result/b").string());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "result/a"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "result"), {}), 1);
+}
+
+TEST_F(FileTest, ErrorsWhileStagingNameThePlaceThatTheUserKnows) {
+  const auto broken = [](const std::filesystem::path& path) { return write_file(path / "none/a", "x"); };
+  const auto written = write_folder(folder_ / "result", broken);
+  ASSERT_FALSE(static_cast<bool>(written));
+  EXPECT_EQ(written.error().where, (folder_ / "result/none/a").string());
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(FileTest, WhatCannotBeAnOutputFolderIsToldBeforeTheWork) {
+  ASSERT_TRUE(static_cast<bool>(write_file(folder_ / "file", "x")));
+  std::filesystem::create_symlink(folder_ / "nowhere", folder_ / "link");
+  EXPECT_NE(check_output_folder(folder_ / "file").error().what.find("not a folder"), std::string::npos);
+  EXPECT_FALSE(static_cast<bool>(check_output_folder(folder_ / "file/below")));
+  EXPECT_NE(check_output_folder(folder_ / "link").error().what.find("link to nothing"), std::string::npos);
+  EXPECT_FALSE(static_cast<bool>(check_output_folder(folder_ / std::string(300, 'a'))));
+  EXPECT_TRUE(static_cast<bool>(check_output_folder(folder_ / "new/result")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "new"));
+}
+
+TEST_F(FileTest, APipeIsRefusedAndNotWaitedFor) {
+  const auto pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto read = read_file(pipe);
+  ASSERT_FALSE(static_cast<bool>(read));
+  EXPECT_NE(read.error().what.find("a pipe or a device"), std::string::npos);
 }
 
 TEST_F(FileTest, AFullDiskIsAnErrorThatSaysSo) {

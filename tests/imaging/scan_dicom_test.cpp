@@ -1,4 +1,5 @@
 #include <gdcmTrace.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 
@@ -393,6 +394,44 @@ TEST(Dicom, ADamagedLastSliceIsSkippedAndAMissingMiddleOneIsNot) {
   cut("1.dcm");
   EXPECT_TRUE(contains(error_of(scratch.path()), "lacks 1 slice(s) between 0.dcm and 2.dcm"));
   EXPECT_TRUE(contains(error_of(scratch.path()), "skipped because it is cut short"));
+}
+
+TEST(Dicom, PipesDevicesAndLinksToNothingAmongSlicesAreSkipped) {
+  const Scratch scratch;
+  write_series(scratch.path(), kLattice);
+  ASSERT_EQ(::mkfifo((scratch / "pipe.dcm").c_str(), 0600), 0);
+  fs::create_symlink("/dev/zero", scratch / "zero.dcm");
+  fs::create_symlink(scratch / "nowhere", scratch / "lost.dcm");
+  fs::create_directory_symlink(scratch.path(), scratch / "again");
+  Context context;
+  const auto scan = read_scan(scratch.path(), {}, context);
+  ASSERT_TRUE(scan) << scan.error().message();
+  expect_mark(*scan);
+  EXPECT_EQ(scan->info.skipped_files.size(), 3U);
+  ASSERT_EQ(context.notices().size(), 1U);
+  EXPECT_TRUE(contains(context.notices()[0].text, "lost.dcm (cannot be read)"));
+}
+
+TEST(Dicom, ADestroyedSliceIsNamedAsTheCauseOfTheGap) {
+  const Scratch scratch;
+  write_series(scratch.path(), kLattice);
+  write_text(scratch / "README.txt", "notes");
+  for (const std::string& content : {std::string(), std::string(5000, '\x5a')}) {
+    write_text(scratch / "3.dcm", content);
+    const std::string error = error_of(scratch.path());
+    EXPECT_TRUE(contains(error, "lacks 1 slice(s) between 2.dcm and 4.dcm"));
+    EXPECT_TRUE(contains(error, "3.dcm was skipped because it is not a DICOM file")) << error;
+  }
+}
+
+TEST(Dicom, DoubleSlicesOfOneNameAreToldApartByTheirFolders) {
+  const Scratch scratch;
+  write_series(scratch.path(), kLattice);
+  fs::create_directory(scratch / "copy");
+  fs::copy_file(scratch / "3.dcm", scratch / "copy/3.dcm");
+  const std::string error = error_of(scratch.path());
+  EXPECT_TRUE(contains(error, (scratch / "3.dcm").string())) << error;
+  EXPECT_TRUE(contains(error, (scratch / "copy/3.dcm").string())) << error;
 }
 
 TEST(Dicom, NamesMissingDoubleAndMixedSlices) {

@@ -1,11 +1,15 @@
 // What the file formats may hold, and what they must not: types, byte orders, encodings, detached data, bad
 // headers.
+#include <sys/resource.h>
+#include <sys/stat.h>
+
 #include "imaging/scan_format_files.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor {
 namespace {
 using namespace scan_test;
+namespace fs = std::filesystem;
 
 const std::array<Vec3, 3> kPlain{Vec3{0.8, 0, 0}, Vec3{0, 1.1, 0}, Vec3{0, 0, 2.5}};
 const Lattice kLattice = lattice_with_mark(kPlain);
@@ -137,6 +141,8 @@ TEST(Nifti, SaysWhatCannotBeUsed) {
   analyze.replace(344, 4, std::string(4, '\0'));
   write_text(scratch / "a.hdr", analyze);
   EXPECT_TRUE(contains(error_of(scratch / "a.hdr"), "Analyze 7.5"));
+  write_text(scratch / "noise.nii", std::string(5000, '\x5a'));
+  EXPECT_TRUE(contains(error_of(scratch / "noise.nii"), "is not a NIfTI file"));
 }
 
 TEST(Nifti, HugeSizesEndInAnErrorWithoutMemory) {
@@ -395,6 +401,51 @@ TEST(Scan, SaysWhenThereIsNothingToRead) {
   write_text(scratch / "notes.txt", "These are notes about a patient, and no scan.");
   EXPECT_TRUE(contains(error_of(scratch / "notes.txt"), "not a scan in a format known here"));
   EXPECT_TRUE(contains(error_of(scratch.path()), "Name the file itself"));
+}
+
+TEST(Scan, EmptyFilesOfEveryNameAreCalledEmpty) {
+  const Scratch scratch;
+  for (const char* name : {"a.dcm", "a.img", "a.hdr", "a.nii", "a.nii.gz", "a.nrrd", "a.nhdr", "a.mha",
+                           "a.mhd", "a.inv3", "a"}) {
+    write_text(scratch / name, "");
+    EXPECT_TRUE(contains(error_of(scratch / name), "is empty")) << name;
+    Context context;
+    const auto series = list_series(scratch / name, context);
+    ASSERT_FALSE(series) << name;
+    EXPECT_TRUE(contains(series.error().message(), "is empty")) << name;
+  }
+}
+
+TEST(Scan, PipesAndDevicesAreRefusedAndNotWaitedFor) {
+  const Scratch scratch;
+  const fs::path pipe = scratch / "pipe.nii";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_TRUE(contains(error_of(pipe), "a pipe or a device"));
+  EXPECT_TRUE(contains(error_of("/dev/zero"), "a pipe or a device"));
+  write_text(scratch / "a.mhd", meta_header(kLattice, "CompressedData = False\n", "pipe.nii"));
+  EXPECT_TRUE(contains(error_of(scratch / "a.mhd"), "pipe.nii: is a pipe or a device"));
+}
+
+TEST(Scan, LyingSizesOfEveryFormatEndInAnErrorWithoutMemory) {
+  const Scratch scratch;
+  Lattice l = kLattice;
+  l.size = {60000, 60000, 1};  // seven gigabytes where the file holds a few
+  std::string packed = nrrd_header(l);
+  packed.replace(packed.find("encoding: raw"), 13, "encoding: gzip");
+  write_text(scratch / "raw.nrrd", nrrd_header(l) + "\nabc");
+  write_text(scratch / "packed.nrrd", packed + "\n" + gzip("abc"));
+  write_text(scratch / "raw.mha", meta_header(l) + "abc");
+  write_text(scratch / "packed.mha", meta_header(l, "CompressedData = True\n") + gzip("abc"));
+  const auto most_held_kb = [] {
+    rusage used{};
+    return ::getrusage(RUSAGE_SELF, &used) == 0 ? used.ru_maxrss : -1;
+  };
+  const long before = most_held_kb();
+  for (const char* name : {"raw.nrrd", "packed.nrrd", "raw.mha", "packed.mha"}) {
+    EXPECT_TRUE(contains(error_of(scratch / name), "fewer voxels")) << name;
+  }
+  EXPECT_GE(before, 0);
+  EXPECT_LT(most_held_kb() - before, 100'000);
 }
 
 TEST(Scan, StopsOnRequest) {

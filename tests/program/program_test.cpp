@@ -1,20 +1,25 @@
 // The program as a user meets it: exit codes, one clear sentence for each mistake, nothing written.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include "support/example_scan.hpp"
 
 namespace {
 namespace fs = std::filesystem;
@@ -25,7 +30,8 @@ struct Outcome {
 };
 
 Outcome run(const std::string& arguments) {
-  const std::string command = std::string(TURGOR_PROGRAM) + ' ' + arguments + " 2>&1";
+  // What hangs is ended with code 124.
+  const std::string command = "timeout 120 " TURGOR_PROGRAM " " + arguments + " 2>&1";
   Outcome out{-1, {}};
   FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return out;
@@ -35,6 +41,77 @@ Outcome run(const std::string& arguments) {
   const int status = ::pclose(pipe);
   out.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return out;
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<fs::path> files_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Hounsfield units of a cube's voxels, by their place.
+struct Cube {
+  int size[3]{};
+  double spacing_mm = 2;
+  std::vector<std::int16_t> hu;
+
+  void save(const fs::path& path) const {
+    std::ofstream out(path, std::ios::binary);
+    out << "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: " << size[0] << ' '
+        << size[1] << ' ' << size[2] << "\nspace directions: (" << spacing_mm << ",0,0) (0," << spacing_mm
+        << ",0) (0,0," << spacing_mm << ")\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n";
+    out.write(reinterpret_cast<const char*>(hu.data()), static_cast<std::streamsize>(2 * hu.size()));
+  }
+};
+
+/// A slice of the phantom as the program writes it: little endian, pixels last, air at 0.
+Cube phantom_cube(const fs::path& series) {
+  Cube cube;
+  for (const fs::path& file : files_of(series)) {
+    const std::string bytes = bytes_of(file);
+    const auto number = [&](const char* tag) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, bytes.data() + bytes.find(std::string(tag, 4) + "US") + 8, sizeof value);
+      return int{value};
+    };
+    cube.size[0] = number("\x28\x00\x11\x00"), cube.size[1] = number("\x28\x00\x10\x00"), ++cube.size[2];
+    const auto voxels = static_cast<std::size_t>(cube.size[0]) * static_cast<std::size_t>(cube.size[1]);
+    const char* pixels = bytes.data() + bytes.size() - 2 * voxels;
+    for (std::size_t n = 0; n < voxels; ++n) {
+      std::uint16_t stored = 0;
+      std::memcpy(&stored, pixels + 2 * n, sizeof stored);
+      cube.hu.push_back(static_cast<std::int16_t>(stored - 1024));
+    }
+  }
+  return cube;
+}
+
+/// Starts the program, asks it to stop after `delay`, and returns how long it took to; its code in `code`.
+double seconds_to_stop(const std::vector<std::string>& arguments, std::chrono::milliseconds delay,
+                       int& code) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::freopen("/dev/null", "w", stdout);
+    std::freopen("/dev/null", "w", stderr);
+    std::vector<char*> words{const_cast<char*>(TURGOR_PROGRAM)};
+    for (const std::string& a : arguments) words.push_back(const_cast<char*>(a.c_str()));
+    words.push_back(nullptr);
+    ::execv(TURGOR_PROGRAM, words.data());
+    ::_exit(99);
+  }
+  std::this_thread::sleep_for(delay);
+  const auto asked = std::chrono::steady_clock::now();
+  ::kill(child, SIGINT);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count();
 }
 
 class Program : public ::testing::Test {
@@ -74,10 +151,15 @@ class Program : public ::testing::Test {
     return copy;
   }
   static fs::path slice(const fs::path& folder, int from_middle) {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
+    const std::vector<fs::path> files = files_of(folder);
     return files[files.size() / 2 + static_cast<std::size_t>(from_middle)];
+  }
+  // The scan under that name, refused with `expected`, its file and a remedy.
+  static void expect_unfit(const std::string& name, const Cube& cube, const std::string& expected) {
+    SCOPED_TRACE(name);
+    cube.save(root() / name);
+    expect_refusal(predict(root() / name, plan()), name + ": ");
+    expect_refusal(predict(root() / name, plan()), expected);
   }
 
   static inline fs::path* root_ = nullptr;
@@ -116,14 +198,80 @@ TEST_F(Program, DamagedSeriesAreRefusedWithTheFileOrTheGap) {
   const fs::path gap = copy_of_series("gap");
   fs::remove(slice(gap, 0));
   expect_refusal(predict(gap, plan()), "lacks 1 slice");
+  const fs::path cut = copy_of_series("cut");
+  fs::resize_file(slice(cut, 0), fs::file_size(slice(cut, 0)) / 2);
+  expect_refusal(predict(cut, plan()), slice(cut, 0).filename().string() + " was skipped because it is cut");
+  const fs::path encrypted = copy_of_series("encrypted");
+  write(slice(encrypted, 0), std::string(5000, '\x5a'));
+  expect_refusal(predict(encrypted, plan()), slice(encrypted, 0).filename().string() + " was skipped");
   const fs::path twice = copy_of_series("twice");
-  // The same position under another name and instance is a slice too many, not a copy of a file: so take a
-  // true copy.
   fs::copy(slice(twice, 0), twice / "again.dcm");
-  const Outcome o = run(predict(twice, plan()));
-  EXPECT_TRUE(o.code == 2 || o.code == 0) << o.text;
-  EXPECT_NE(o.text.find("again.dcm"), std::string::npos) << o.text;
-  fs::remove_all(out());
+  expect_refusal(predict(twice, plan()), "two slices at one place");
+  expect_refusal(predict(twice, plan()), "again.dcm");
+  const fs::path mixed = copy_of_series("sizes");
+  const fs::path odd = slice(mixed, 0);
+  std::string bytes = bytes_of(odd);
+  // Half the rows: the pixels left over are no fault.
+  const std::size_t rows = bytes.find(std::string("\x28\x00\x10\x00US", 6)) + 8;
+  bytes[rows] = static_cast<char>(static_cast<unsigned char>(bytes[rows]) / 2);
+  std::ofstream(odd, std::ios::binary) << bytes;
+  expect_refusal(predict(mixed, plan()), "mixes slices of");
+  expect_refusal(predict(mixed, plan()), odd.filename().string());
+}
+
+TEST_F(Program, ScansThatShowNoHeadAreRefusedWithTheirFault) {
+  const Cube head = phantom_cube(dicom());
+  const auto changed = [&](const std::function<std::int16_t(std::int16_t)>& change) {
+    Cube cube = head;
+    for (std::int16_t& v : cube.hu) v = change(v);
+    return cube;
+  };
+  const auto no_bone = [](std::int16_t v) { return std::min<std::int16_t>(v, 60); };
+  expect_unfit("soft.nrrd", changed(no_bone), "shows no bone");
+  expect_unfit("air.nrrd", changed([](std::int16_t) { return std::int16_t{-1000}; }), "shows no skin");
+  expect_unfit("metal.nrrd", changed([](std::int16_t) { return std::int16_t{1500}; }), "no air around");
+  expect_unfit("voxel.nrrd", {{1, 1, 1}, 2, {0}}, "1 × 1 × 1 voxels");
+  expect_unfit("few.nrrd", {{2, 2, 2}, 2, std::vector<std::int16_t>(8, 0)}, "too small for a head");
+  Cube other = head;
+  std::reverse(other.hu.begin(), other.hu.end());
+  expect_unfit("upside_down.nrrd", other, "upside down");
+  other = head;
+  other.spacing_mm = 20;
+  expect_unfit("centimetres.nrrd", other, "Check the voxel spacing");
+}
+
+TEST_F(Program, ALimbIsNotAHead) {
+  Cube limb{{80, 80, 80}, 2, {}};
+  for (int n = 0; n < 80 * 80 * 80; ++n) {
+    const double r = 2 * std::hypot(n % 80 - 40, n / 80 % 80 - 40);
+    limb.hu.push_back(static_cast<std::int16_t>(r < 6 ? 200 : r < 14 ? 1200 : r < 50 ? 50 : -1000));
+  }
+  expect_unfit("limb.nrrd", limb, "does not show a head");
+}
+
+TEST_F(Program, EmptyAndMeaninglessFilesOfEveryNameAreRefused) {
+  for (const char* ending :
+       {"dcm", "nii", "nii.gz", "hdr", "nrrd", "nhdr", "mha", "mhd", "inv3", "img", "txt"}) {
+    const std::string name = std::string("damaged.") + ending;
+    write(root() / name, "");
+    expect_refusal(predict(root() / name, plan()), name + ": is empty");
+    write(root() / name, std::string(3000, '\x5a'));
+    expect_refusal("info " + (root() / name).string(), name + ": ");
+    fs::remove(root() / name);
+  }
+}
+
+TEST_F(Program, PipesDevicesAndFoldersAreNotWaitedFor) {
+  const fs::path pipe = root() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  expect_refusal(predict(pipe, plan()), "a pipe or a device");
+  expect_refusal(predict(dicom(), pipe), "a pipe or a device");
+  expect_refusal(predict("/dev/zero", plan()), "/dev/zero: is a pipe or a device");
+  expect_refusal(predict(dicom(), "/dev/zero"), "/dev/zero: is a pipe or a device");
+  expect_refusal(predict(dicom(), dicom()), "is a folder, not a file");
+  write(root() / "includes.turgor", "#include \"pipe\"\n");
+  expect_refusal(predict(dicom(), root() / "includes.turgor"), "includes.turgor:1:10");
+  fs::remove(pipe);
 }
 
 TEST_F(Program, StrangeFilesAmongGoodOnesAreSkippedWithAWarning) {
@@ -140,35 +288,120 @@ TEST_F(Program, PlansThatCannotBeCarriedOutAreRefusedAtTheirLine) {
   expect_refusal(predict(dicom(), root() / "miss.turgor"), "miss the bone");
   expect_refusal(predict(dicom(), root() / "miss.turgor"), "miss.turgor:1");
   write(root() / "through.turgor", "move mandible -by 0 -70 0\n");
-  expect_refusal(predict(dicom(), root() / "through.turgor"), "'mandible'");
+  expect_refusal(predict(dicom(), root() / "through.turgor"), "'mandible' drives bone");
+  expect_refusal(predict(dicom(), root() / "through.turgor"), "through.turgor: ");
   write(root() / "nothing.turgor", "; nothing at all\n");
-  expect_refusal(predict(dicom(), root() / "nothing.turgor"), "no bone under the tissue moves");
+  expect_refusal(predict(dicom(), root() / "nothing.turgor"),
+                 "nothing.turgor: no bone under the tissue moves");
+  write(root() / "none.turgor", "");
+  expect_refusal(predict(dicom(), root() / "none.turgor"), "none.turgor: no bone under the tissue moves");
+  write(root() / "far.turgor", "landmark pogonion 9000 0 0\nsetback -amount 5\n");
+  expect_refusal(predict(dicom(), root() / "far.turgor"), "far.turgor: the landmark 'pogonion'");
 }
 
-TEST_F(Program, AFullDiskOrAForbiddenFolderLeavesNothing) {
-  expect_refusal("phantom -voxel 3 -slice 4 -o /proc/turgor", "/proc");
+TEST_F(Program, AnOutputThatCannotBeWrittenIsToldBeforeTheWork) {
+  expect_refusal("phantom -voxel 3 -slice 3 -o /proc/turgor", "/proc/turgor: the folder cannot be made");
   write(root() / "file", "x");
-  expect_refusal("phantom -voxel 3 -slice 4 -o " + (root() / "file").string(), "not a folder");
+  const std::string file = (root() / "file").string();
+  expect_refusal("phantom -voxel 3 -slice 3 -o " + file, "file: exists and is not a folder");
+  expect_refusal("phantom -voxel 3 -slice 3 -o " + file + "/below", "file/below: ");
+  const Outcome o = run("predict " + dicom().string() + " -plan " + plan().string() + " -o " + file);
+  EXPECT_EQ(o.code, 2);
+  EXPECT_EQ(o.text.find("Scan"), std::string::npos) << o.text;  // no stage was begun
+}
+
+TEST_F(Program, FoldersMadeForAnOutputThatFailsAreRemoved) {
+  const std::string deep = (root() / "new/deep/out").string();
+  write(root() / "sparse.nrrd", "NRRD0004\n");
+  EXPECT_EQ(
+      run("predict " + (root() / "sparse.nrrd").string() + " -plan " + plan().string() + " -o " + deep).code,
+      2);
+  EXPECT_FALSE(fs::exists(root() / "new"));
+}
+
+TEST_F(Program, AFullDiskLeavesNothing) {
+  const fs::path disk = root() / "disk";
+  fs::create_directory(disk);
+  if (::mount("none", disk.c_str(), "tmpfs", 0, "size=200k") != 0) GTEST_SKIP() << "only root may mount";
+  for (const char* target : {"", "new/deep"}) {  // the disk itself, which exists, and a folder on it
+    const Outcome o = run("predict " + dicom().string() + " -plan " + plan().string() +
+                          " -quality draft -solver chain -o " + (disk / target).string());
+    EXPECT_EQ(o.code, 2) << o.text;
+    EXPECT_NE(o.text.find("The disk is full"), std::string::npos) << o.text;
+    EXPECT_EQ(o.text.find(".part"), std::string::npos) << o.text;
+    EXPECT_TRUE(fs::is_empty(disk));
+  }
+  EXPECT_EQ(::umount(disk.c_str()), 0);
+}
+
+TEST_F(Program, WhatCannotBePrintedIsAnError) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  FILE* pipe = ::popen(TURGOR_PROGRAM " help 2>&1 >/dev/full", "r");
+  ASSERT_NE(pipe, nullptr);
+  char line[512]{};
+  std::fgets(line, sizeof line, pipe);
+  EXPECT_EQ(WEXITSTATUS(::pclose(pipe)), 2);
+  EXPECT_NE(std::string(line).find("standard output"), std::string::npos) << line;
 }
 
 TEST_F(Program, CtrlCStopsWithinASecondAndLeavesNothing) {
-  const pid_t child = ::fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    std::freopen("/dev/null", "w", stdout);
-    std::freopen("/dev/null", "w", stderr);
-    const std::string folder = (root() / "stopped").string();
-    ::execl(TURGOR_PROGRAM, TURGOR_PROGRAM, "phantom", "-voxel", "0.5", "-slice", "0.5", "-o", folder.c_str(),
-            nullptr);
-    ::_exit(99);
+  using std::chrono::milliseconds;
+  const std::string folder = (root() / "stopped/here").string();
+  const std::vector<std::string> phantom{"phantom", "-voxel", "0.5", "-slice", "0.5", "-o", folder},
+      prediction{"predict", dicom().string(), "-plan", plan().string(), "-o", folder};
+  // A run that is through before its time is no failure, so only those before half a second must be stopped.
+  for (const int delay : {100, 400, 900, 1300, 2000, 2800}) {
+    for (const auto& work : {phantom, prediction}) {
+      SCOPED_TRACE(work.front() + " after " + std::to_string(delay) + " ms");
+      int code = -1;
+      const double seconds = seconds_to_stop(work, milliseconds(delay), code);
+      if (code == 0 && delay > 500) {
+        fs::remove_all(root() / "stopped");
+        continue;
+      }
+      EXPECT_EQ(code, 130);
+      EXPECT_LT(seconds, 1.5);  // one, and some for a machine with other work
+      EXPECT_FALSE(fs::exists(root() / "stopped"));
+    }
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
-  ::kill(child, SIGINT);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_FALSE(fs::exists(root() / "stopped"));
+}
+
+TEST_F(Program, EveryStageIsAnnouncedOnce) {
+  const Outcome o = run(predict(dicom(), plan()));
+  ASSERT_EQ(o.code, 0) << o.text;
+  fs::remove_all(out());
+  std::map<std::string, int> stages;
+  for (std::size_t at = 0, end; (end = o.text.find('\n', at)) != std::string::npos; at = end + 1) {
+    const std::string line = o.text.substr(at, end - at);
+    if (line.ends_with(" ...")) ++stages[line];
+  }
+  EXPECT_EQ(stages.count("Building the head ..."), 1U) << o.text;
+  EXPECT_GT(stages.size(), 5U);
+  for (const auto& [line, count] : stages) EXPECT_EQ(count, 1) << line;
+}
+
+TEST_F(Program, TheProgressLineLeavesNothingOnATerminal) {
+  if (std::system("command -v script >/dev/null") != 0) GTEST_SKIP() << "the program script is not installed";
+  const std::string log = (root() / "terminal").string();
+  const std::string inner = "stty cols 30; " TURGOR_PROGRAM " " + predict(dicom(), plan());
+  ASSERT_EQ(std::system(("script -qec '" + inner + "' " + log + " >/dev/null </dev/null").c_str()), 0);
+  fs::remove_all(out());
+  const std::string text = bytes_of(log), wipe = "\r\033[K";
+  EXPECT_NE(text.find(" %"), std::string::npos) << "no progress was drawn";
+  // What stays of each line once everything before the last wipe is gone.
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    std::string line = text.substr(at, end - at);
+    for (std::size_t from = 0, next; from < line.size(); from = next + wipe.size()) {
+      next = std::min(line.find(wipe, from), line.size());
+      if (next < line.size())
+        EXPECT_LT(next - from, 30U) << "a line that wraps: " << line.substr(from, next - from);
+    }
+    if (const std::size_t last = line.rfind(wipe); last != std::string::npos)
+      line.erase(0, last + wipe.size());
+    EXPECT_EQ(line.find(" %"), std::string::npos) << line;
+    at = end + 1;
+  }
 }
 
 TEST_F(Program, HelpVersionAndCompletionWork) {

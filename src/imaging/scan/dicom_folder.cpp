@@ -31,7 +31,8 @@ Result<std::vector<fs::path>> list_files(const fs::path& folder, int max_depth, 
     TURGOR_CHECK(context.check());
     if (at.depth() >= max_depth) at.disable_recursion_pending();
     std::error_code ignored;
-    if (!at->is_regular_file(ignored) || is_companion(at->path())) continue;
+    // Links to nothing, pipes and devices stay in the list: whoever reads them says that they cannot be read.
+    if (at->is_directory(ignored) || is_companion(at->path())) continue;
     files.push_back(at->path());
     if (files.size() > kMaxFiles) {
       return bad_file(folder, fmt::format("holds more than {} files", kMaxFiles),

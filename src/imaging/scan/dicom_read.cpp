@@ -62,13 +62,21 @@ Result<DecodedStack> decode_stack(const SliceStack& stack, const Index3& size, C
   return decoded;
 }
 
-/// A gap may be the place of a file that had to be skipped: the error then names it.
-Error blame_skipped(Error error, const std::vector<SkippedFile>& skipped) {
-  for (const SkippedFile& file : skipped) {
-    if (file.fault == "is not a DICOM file" || file.fault == "holds no image") continue;
-    error.what +=
-        fmt::format("; the file {} was skipped because it {}", file.path.filename().string(), file.fault);
-    break;
+/// A gap may be the place of a file that had to be skipped: the error then names it. What is named like a
+/// slice may be one, destroyed; notes beside the slices are not.
+Error blame_skipped(Error error, const std::vector<SkippedFile>& skipped, const DicomSeries& series) {
+  const auto was_image = [](const SkippedFile& file) {
+    return file.fault != "is not a DICOM file" && file.fault != "holds no image" &&
+           file.fault != "cannot be read";
+  };
+  const auto named_alike = [&](const SkippedFile& file) {
+    return file.path.extension() == series.slices.front().path.extension();
+  };
+  auto blamed = std::find_if(skipped.begin(), skipped.end(), was_image);
+  if (blamed == skipped.end()) blamed = std::find_if(skipped.begin(), skipped.end(), named_alike);
+  if (blamed != skipped.end()) {
+    error.what += fmt::format("; the file {} was skipped because it {}", blamed->path.filename().string(),
+                              blamed->fault);
   }
   return error;
 }
@@ -116,7 +124,7 @@ Result<StoredVolume> read_dicom(const fs::path& path, const std::string& wanted,
       return bad_file(folder.skipped.back().path, folder.skipped.back().fault, "Copy the series again");
     }
     auto stacked = stack_slices(series.slices, path);
-    if (!stacked) return blame_skipped(stacked.error(), folder.skipped);
+    if (!stacked) return blame_skipped(stacked.error(), folder.skipped, series);
     stack = *std::move(stacked);
     const PixelLayout& layout = stack.slices.front().layout;
     TURGOR_TRY(

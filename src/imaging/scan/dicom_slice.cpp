@@ -172,6 +172,9 @@ DicomFileOutcome describe(const DicomFileHeader& header, const DicomDataSet& set
 /// Up to `limit` bytes from the start of a file; nullopt if it is not a readable regular file.
 std::optional<std::vector<std::byte>> read_beginning(const std::filesystem::path& path, std::size_t limit,
                                                      std::uint64_t& file_size) {
+  // Opening a device can do something, such as wind a tape; so it is asked first.
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return std::nullopt;
   struct stat status {};

@@ -13,6 +13,13 @@ std::string slice_name(const DicomSlice& slice) {
   return slice.frames_in_file > 1 ? fmt::format("{} frame {}", file, slice.frame + 1) : file;
 }
 
+/// Two slices that the user has to tell apart: of one name they lie in different folders.
+std::string both_names(const DicomSlice& a, const DicomSlice& b) {
+  const bool same = slice_name(a) == slice_name(b) && a.path != b.path;
+  return same ? fmt::format("{} and {}", a.path.string(), b.path.string())
+              : fmt::format("{} and {}", slice_name(a), slice_name(b));
+}
+
 Result<void> check_alike(const std::vector<DicomSlice>& slices, const std::filesystem::path& where) {
   const DicomSlice& first = slices.front();
   for (const DicomSlice& slice : slices) {
@@ -48,8 +55,7 @@ Result<void> check_gaps(const std::vector<DicomSlice>& slices, const Vec3& norma
     gaps.push_back(dot(normal, slices[i].position - slices[i - 1].position));
     if (gaps.back() < 1e-3) {
       return bad_file(where,
-                      fmt::format("has two slices at one place ({} and {})", slice_name(slices[i - 1]),
-                                  slice_name(slices[i])),
+                      fmt::format("has two slices at one place ({})", both_names(slices[i - 1], slices[i])),
                       "Remove the one that does not belong to the series");
     }
   }

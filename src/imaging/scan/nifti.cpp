@@ -82,6 +82,10 @@ Result<NiftiHeader> parse_header(std::span<const std::byte> bytes, const std::fi
   const auto swapped = FieldReader(bytes, true).at<std::int32_t>(0);
   const bool big = swapped == 348 || swapped == 540;
   const FieldReader in(bytes, big);
+  if (size != 348 && size != 540 && !big) {
+    return bad_file(path, "is not a NIfTI file: its header does not start with its own size",
+                    "Copy the file again, or name a scan");
+  }
   NiftiHeader header;
   if (size == 540 || swapped == 540) {
     if (bytes.size() < 540) return cut;

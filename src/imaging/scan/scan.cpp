@@ -74,12 +74,17 @@ fs::path header_of_pair(const fs::path& path) {
   return path;
 }
 
+Result<std::vector<std::byte>> read_whole(const fs::path& path) {
+  TURGOR_TRY(auto bytes, read_file(path));
+  if (bytes.empty()) return bad_file(path, "is empty", "Copy the file again");
+  return bytes;
+}
+
 Result<StoredVolume> read_one_file(const fs::path& named, const ReadScanOptions& options, Context& context) {
   const Stage stage(context, "read scan");
   const fs::path path = header_of_pair(named);
   std::vector<std::byte> bytes;
-  TURGOR_TRY(bytes, read_file(path));
-  if (bytes.empty()) return bad_file(path, "is empty", "Copy the file again");
+  TURGOR_TRY(bytes, read_whole(path));
   switch (recognise(bytes, path)) {
     case Format::inv3:
       return read_inv3({path, bytes}, context);
@@ -125,7 +130,7 @@ Result<std::vector<SeriesInfo>> list_any(const fs::path& path, Context& context)
   std::error_code code;
   if (!fs::is_directory(path, code)) {
     std::vector<std::byte> bytes;
-    TURGOR_TRY(bytes, read_file(path));
+    TURGOR_TRY(bytes, read_whole(path));
     if (recognise(bytes, path) != Format::dicom) return std::vector<SeriesInfo>{};
   }
   return list_dicom_series(path, context);
