@@ -1,6 +1,7 @@
 #include "anatomy/body_mask.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "anatomy/coarse_grid.hpp"
 #include "turgor/imaging/segmentation.hpp"
@@ -139,7 +140,7 @@ Objects find_attached_objects(const LabelVolume& body) {
 
 LabelVolume largest_body(const CtVolume& scan, const TissueLevels& levels, int& removed_pieces) {
   const Components parts =
-      connected_components(threshold(scan, static_cast<int>(levels.skin_level + 0.5), 32767));
+      connected_components(threshold(scan, static_cast<int>(std::lround(levels.skin_level)), 32767));
   for (std::size_t i = 1; i < parts.sizes.size(); ++i) {
     if (static_cast<double>(parts.sizes[i]) * voxel_ml(scan.grid) > kSmallestPieceMl) ++removed_pieces;
   }

@@ -116,8 +116,8 @@ Field Field::shortened(const Vec3& centre, double radius) const {
       out.lipschitz_ = 1;
       out.start_ = joins ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
     }
-    ShapePtr shape = step.shape->shortened(seen, radius);
-    out.add(step.operation, shape ? std::move(shape) : step.shape, step.blend, step.side);
+    const ShapePtr shape = step.shape->shortened(seen, radius);
+    out.add(step.operation, shape ? shape : step.shape, step.blend, step.side);
     value = joins ? smooth_min(value, d, step.blend) : smooth_max(value, d, step.blend);
     steepest = std::max(steepest, step.shape->lipschitz());
   }

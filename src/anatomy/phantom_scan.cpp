@@ -300,6 +300,7 @@ std::vector<float> gaussian_taps(double sigma_in_voxels) {
   }
   const double total = std::accumulate(taps.begin(), taps.end(), 0.0);
   std::vector<float> out;
+  out.reserve(taps.size());
   for (const double t : taps) out.push_back(static_cast<float>(t / total));
   return out;
 }

@@ -45,6 +45,7 @@ std::vector<Pair> pair_up(const TriMesh& surface, const SurfaceQuery& query, con
 
 double spread_of(const std::vector<Pair>& pairs) {
   std::vector<double> sizes;
+  sizes.reserve(pairs.size());
   for (const Pair& p : pairs) sizes.push_back(std::abs(p.residual));
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
