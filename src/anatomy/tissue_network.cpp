@@ -134,6 +134,11 @@ Result<SpringNetwork> make_network(const LayeredTissue& tissue, const TissueMate
   return network;
 }
 
+int spring_count(const LayeredTissue& tissue) {
+  const int edges = static_cast<int>(point_adjacency(tissue.surface).neighbours.size()) / 2;
+  return edges * tissue.sheets + (tissue.columns() + 2 * edges) * (tissue.sheets - 1);
+}
+
 Result<SpringNetwork> make_chain_network(const LayeredTissue& tissue) {
   SpringNetwork network;
   network.rest = tissue.points;

@@ -50,6 +50,7 @@ void draw_column(Image& image, std::vector<PlacedMarker> column, bool left) {
   std::stable_sort(column.begin(), column.end(),
                    [](const PlacedMarker& a, const PlacedMarker& b) { return a.at.y < b.at.y; });
   std::vector<double> y;
+  y.reserve(column.size());
   for (const PlacedMarker& m : column) y.push_back(m.at.y);
   spread(y, 1.25 * size, 4.0 * size, image.height - 4.0 * size);
   const double base = 0.407 * size;  // of a label's middle below its top

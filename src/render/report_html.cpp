@@ -5,6 +5,7 @@
 
 #include "html.hpp"
 #include "report_style.hpp"
+#include "turgor/anatomy/tissue_network.hpp"
 #include "turgor/render/results.hpp"
 #include "turgor/world/reference_bands.hpp"
 
@@ -156,14 +157,15 @@ std::string model(const CaseResults& results, const std::vector<Picture>& pictur
   constexpr const char* states[] = {"a piece of its own in the scan", "cut free of the skull, shown in red",
                                     "not in this scan"};
   std::string out = fmt::format(
-      "<p>{} points, {} prisms. Thickness {:.1f} to {:.1f} mm, {:.1f} mm on average over bone. {} of {} rays "
+      "<p>{} points, {} prisms, {} springs. Thickness {:.1f} to {:.1f} mm, {:.1f} mm on average over bone. "
+      "{} of {} rays "
       "missed bone and were given a "
       "depth; {} prisms were "
       "repaired; {} are inverted. Skin at {:.0f} HU, bone at {:.0f} HU, both refined locally. Mandible: {}. "
       "Pieces removed "
       "(head holder, table, cables): {}.</p>\n",
-      t.points.size(), t.prisms(), *low, *high, t.mean_hit_thickness_mm, t.rays_missed, t.columns(),
-      t.prisms_repaired, count_inverted(t, t.points), h.skin_level_hu, h.bone_level_hu,
+      t.points.size(), t.prisms(), spring_count(t), *low, *high, t.mean_hit_thickness_mm, t.rays_missed,
+      t.columns(), t.prisms_repaired, count_inverted(t, t.points), h.skin_level_hu, h.bone_level_hu,
       states[static_cast<std::size_t>(h.mandible_state)], h.removed_pieces);
   return out + group(pictures, "thickness") + group(pictures, "landmarks") + group(pictures, "bones_front") +
          group(pictures, "bones_profile");

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "turgor/anatomy/tissue_network.hpp"
 #include "turgor/render/results.hpp"
 #include "turgor/world/reference_bands.hpp"
 
@@ -50,6 +51,7 @@ Json tissue_json(const LayeredTissue& tissue) {
           {"sheets", tissue.sheets},
           {"points", tissue.points.size()},
           {"prisms", tissue.prisms()},
+          {"springs", spring_count(tissue)},
           {"layer_fractions", tissue.layer_fractions},
           {"thickness_mm", {{"mean", mean}, {"least", *low}, {"greatest", *high}}},
           {"mean_hit_thickness_mm", tissue.mean_hit_thickness_mm},

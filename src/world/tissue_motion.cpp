@@ -69,38 +69,36 @@ Error nothing_moves() {
 Result<TissueMotion> tissue_motion(const PatientCase& patient) {
   const LayeredTissue& tissue = patient.tissue();
   const auto& segments = patient.bones().segments();
+  std::vector<bool> moving(segments.size());
+  std::transform(segments.begin(), segments.end(), moving.begin(), moves);
   const std::vector<Hold> holds = holds_of(patient);
   const std::vector<bool> loose = undermined(patient, holds, patient.options().contact.undermining_mm);
   // Next to tissue that is held, tissue slides over moving bone rather than tear away from its surroundings.
   constexpr double slides_within_mm = 20.0;
   TissueMotion out;
-  bool any = false;
-  for (int s = 0; s < tissue.sheets; ++s) {
-    for (int c = 0; c < tissue.columns(); ++c) {
-      const Hold& hold = holds[at(c)];
-      const int p = tissue.point(s, c);
-      const bool on_moved = hold.by == Hold::By::bone && moves(segments[at(hold.segment)]);
-      if (hold.by == Hold::By::rim) {
-        out.motion.fixed.push_back(p);
-      } else if (s + 1 < tissue.sheets) {
-        continue;
-      } else if (hold.by == Hold::By::nothing || loose[at(c)] ||
-                 (on_moved && tissue.rim_distance_mm[at(c)] < slides_within_mm)) {
-        out.free_columns.push_back(c);
-        const int segment = patient.segment_of_column(c);
-        if (hold.by == Hold::By::nothing && tissue.vestibule[at(c)] && moves(segments[at(segment)])) {
-          out.mucosa.emplace_back(p, segments[at(segment)].motion.point(tissue.points[at(p)]));
-        }
-      } else if (on_moved) {
-        out.motion.moved.push_back(p);
-        out.motion.positions.push_back(hold.inner);
-        any = true;
-      } else {
-        out.motion.fixed.push_back(p);
-      }
+  const auto lay_free = [&](int c) {
+    out.free_columns.push_back(c);
+    const int p = tissue.inner_end(c), segment = tissue.vestibule[at(c)] ? patient.segment_of_column(c) : -1;
+    if (holds[at(c)].by != Hold::By::nothing || segment < 0 || !moving[at(segment)]) return;
+    out.mucosa.emplace_back(p, segments[at(segment)].motion.point(tissue.points[at(p)]));
+  };
+  for (int p = 0; p < static_cast<int>(tissue.points.size()); ++p) {
+    const int c = p % tissue.columns();
+    const Hold& hold = holds[at(c)];
+    const bool at_rim = hold.by == Hold::By::rim;
+    if (!at_rim && p != tissue.inner_end(c)) continue;
+    const bool on_moved = hold.by == Hold::By::bone && moving[at(hold.segment)];
+    const bool slides = on_moved && tissue.rim_distance_mm[at(c)] < slides_within_mm;
+    if (hold.by == Hold::By::nothing || loose[at(c)] || slides) {
+      lay_free(c);
+    } else if (on_moved) {
+      out.motion.moved.push_back(p);
+      out.motion.positions.push_back(hold.inner);
+    } else {
+      out.motion.fixed.push_back(p);
     }
   }
-  if (!any) return nothing_moves();
+  if (out.motion.moved.empty()) return nothing_moves();
   return out;
 }
 

@@ -151,6 +151,7 @@ TEST(TissueNetwork, HasTheEnergyOfItsMaterialUnderUniformStretch) {
   material.poisson = 0.25;
   const auto network = make_network(t, material);
   ASSERT_TRUE(static_cast<bool>(network)) << network.error().message();
+  EXPECT_EQ(network->springs.size(), static_cast<std::size_t>(spring_count(t)));
   EXPECT_TRUE(network->volumes.empty());
   const double volume = surface_area(t.surface) * 0.8 * 3;
   // Dilatation by ε: the energy density of a Cauchy solid (ν = 1/4) is 9/2 K ε², K = 2E/3.

@@ -29,6 +29,9 @@ struct TissueMaterial {
 /// modulus.
 Result<SpringNetwork> make_network(const LayeredTissue& tissue, const TissueMaterial& material);
 
+/// How many springs make_network() joins the points with.
+int spring_count(const LayeredTissue& tissue);
+
 /// Springs as the paper counts them (Duysak and Zhang 2005, section 4): membranes on all sheets but the
 /// innermost, and columns. With three sheets this reproduces its ratio of springs to points.
 Result<SpringNetwork> make_chain_network(const LayeredTissue& tissue);
