@@ -231,7 +231,10 @@ void BM_TimeStep(benchmark::State& state) {
   MotionState motion = stepper->rest();
   const double dt = 0.5 * stepper->stable_step_ms(motion, Integrator::euler);
   Context context;
-  for (auto _ : state) benchmark::DoNotOptimize(stepper->step(motion, dt, Integrator::euler, context));
+  TimeStepper::Workspace workspace;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(stepper->step(motion, dt, Integrator::euler, context, workspace));
+  }
   state.counters["s/spring"] = benchmark::Counter(
       springs, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   label(state, slab);

@@ -293,7 +293,8 @@ void TimeStepper::euler(MotionState& state, double dt, Workspace& w) const {
 }
 
 void TimeStepper::heun(MotionState& state, double dt, Workspace& w) const {
-  MotionState ahead = state;
+  MotionState& ahead = w.ahead;
+  ahead = state;
   for (std::size_t p = 0; p < state.position.size(); ++p) {
     if (!is_mobile(static_cast<int>(p))) continue;
     ahead.position[p] += state.velocity[p] * dt;
@@ -309,7 +310,7 @@ void TimeStepper::heun(MotionState& state, double dt, Workspace& w) const {
 }
 
 Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrator integrator,
-                                     Context& context) const {
+                                     Context& context, Workspace& w) const {
   if (!(dt_ms > 0 && std::isfinite(dt_ms)))
     return bad(fmt::format("the time step is {} ms", dt_ms), "It must be above 0");
   const std::size_t points = model_.network.rest.size();
@@ -318,8 +319,8 @@ Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrato
                            state.position.size(), state.velocity.size(), points),
                "Start from rest()");
   }
-  MotionState next = state;
-  Workspace w;
+  MotionState& next = w.next;
+  next = state;
   w.force.resize(points);
   StepReport report;
   report.sub_steps = 0;
@@ -345,7 +346,7 @@ Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrato
         "Make gravity or the forces on it smaller");
   }
   next.time_ms += dt_ms;
-  state = std::move(next);
+  std::swap(state, next);
   return report;
 }
 

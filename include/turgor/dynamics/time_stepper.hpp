@@ -50,6 +50,14 @@ struct StepReport {
 /// Deterministic, and the same bits on any number of threads.
 class TimeStepper {
  public:
+  /// Memory of a step, kept by the caller so that repeated steps allocate nothing.
+  struct Workspace {
+    std::vector<Vec3> spring_force, volume_force;
+    std::vector<double> spring_slope;
+    std::vector<Vec3> force, next_force;
+    MotionState next, ahead;
+  };
+
   /// Errors: an invalid network or barrier; numbers out of range; a mobile point without mass.
   static Result<TimeStepper> prepare(MotionModel model);
 
@@ -69,7 +77,12 @@ class TimeStepper {
 
   /// Steps by `dt_ms` > 0, in sub-steps where that is more than is stable. On error the state is as it was.
   /// Errors: more than 100,000 sub-steps; positions beyond a thousand kilometres; cancelled.
-  Result<StepReport> step(MotionState& state, double dt_ms, Integrator integrator, Context& context) const;
+  Result<StepReport> step(MotionState& state, double dt_ms, Integrator integrator, Context& context,
+                          Workspace& workspace) const;
+  Result<StepReport> step(MotionState& state, double dt_ms, Integrator integrator, Context& context) const {
+    Workspace workspace;
+    return step(state, dt_ms, integrator, context, workspace);
+  }
 
  private:
   // Springs of one law side by side; both ends' share of the force is in the stiffness.
@@ -80,11 +93,6 @@ class TimeStepper {
   };
   struct Incidence {
     std::vector<int> offsets, entries;  // number · corners + corner
-  };
-  struct Workspace {
-    std::vector<Vec3> spring_force, volume_force;
-    std::vector<double> spring_slope;
-    std::vector<Vec3> force, next_force;
   };
 
   explicit TimeStepper(MotionModel model);
