@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "turgor/anatomy/lips.hpp"
 #include "turgor/geometry/mesh_edit.hpp"
@@ -56,20 +55,6 @@ TriMesh largest_piece(const TriMesh& mesh) {
   std::vector<bool> keep(component.size());
   for (std::size_t i = 0; i < keep.size(); ++i) keep[i] = component[i] == 0;
   return submesh(mesh, keep);
-}
-
-// Which points lie on edges of one triangle.
-std::vector<bool> boundary_points(const TriMesh& mesh) {
-  std::map<std::pair<int, int>, int> uses;
-  for (const Index3& t : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) ++uses[std::minmax(t[i], t[(i + 1) % 3])];
-  }
-  std::vector<bool> out(mesh.points.size(), false);
-  for (const auto& [edge, count] : uses) {
-    if (count == 1)
-      out[static_cast<std::size_t>(edge.first)] = out[static_cast<std::size_t>(edge.second)] = true;
-  }
-  return out;
 }
 
 // Smaller triangles at mouth and nose, where form and movement are finest.

@@ -27,18 +27,6 @@ Error cancelled() {
   return {ErrorKind::cancelled, "stopped on request; nothing was written"};
 }
 
-template <class Term>
-double sum_over(std::size_t n, Term&& term) {
-  return parallel_reduce<double>(
-      n, kGrain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += term(i);
-        return sum;
-      },
-      std::plus<>());
-}
-
 }  // namespace
 
 Newton::Newton(const NetworkEnergy& energy, PointClusters free, double force_scale, Context& context)
@@ -61,13 +49,13 @@ bool Newton::evaluate(EquilibriumState& state) {
 }
 
 double Newton::reaction_norm(const EquilibriumState& state) const {
-  return std::sqrt(sum_over(state.forces.size(), [&](std::size_t i) {
+  return std::sqrt(parallel_sum(state.forces.size(), kGrain, [&](std::size_t i) {
     return is_free_[i] ? 0.0 : squared_length(state.forces[i]);
   }));
 }
 
 double Newton::free_norm(const EquilibriumState& state) const {
-  return std::sqrt(sum_over(state.forces.size(), [&](std::size_t i) {
+  return std::sqrt(parallel_sum(state.forces.size(), kGrain, [&](std::size_t i) {
     return is_free_[i] ? squared_length(state.forces[i]) : 0.0;
   }));
 }
@@ -143,7 +131,7 @@ Result<void> Newton::find_direction(const EquilibriumState& state, double tolera
 
 // dE/dt along the direction: minus the force times the direction.
 double Newton::slope_along_direction(const EquilibriumState& state) const {
-  return -sum_over(direction_.size(), [&](std::size_t row) {
+  return -parallel_sum(direction_.size(), kGrain, [&](std::size_t row) {
     return dot(state.forces[matrix_.unknowns()[row]], direction_[row]);
   });
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tissue/incidence.hpp"
 #include "tissue/spring_law.hpp"
 #include "turgor/core/parallel.hpp"
 
@@ -70,18 +71,6 @@ Result<void> check(const MotionModel& model) {
   return {};
 }
 
-template <class Term>
-double sum_over(std::size_t n, Term&& term) {
-  return parallel_reduce<double>(
-      n, kGrain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += term(i);
-        return sum;
-      },
-      std::plus<>());
-}
-
 struct VolumePart {
   std::array<Vec3, 4> gradient;
   VolumeResponse response;
@@ -90,8 +79,8 @@ struct VolumePart {
 VolumePart volume_part(const VolumeElement& element, std::span<const Vec3> x) {
   const Vec3& o = x[element.p[0]];
   const Vec3 e1 = x[element.p[1]] - o, e2 = x[element.p[2]] - o, e3 = x[element.p[3]] - o;
-  const Vec3 g1 = cross(e2, e3) / 6.0, g2 = cross(e3, e1) / 6.0, g3 = cross(e1, e2) / 6.0;
-  return {{-(g1 + g2 + g3), g1, g2, g3}, respond(element, dot(e1, g1))};
+  const std::array<Vec3, 4> gradient = volume_gradient(e1, e2, e3);
+  return {gradient, respond(element, dot(e1, gradient[1]))};
 }
 
 }  // namespace
@@ -126,20 +115,12 @@ void TimeStepper::lay_out() {
   }
   springs_.first_of_law.push_back(static_cast<int>(springs_.a.size()));
 
-  const auto incidence = [&](int entries, auto&& point_of) {
-    Incidence list;
-    list.offsets.assign(net.rest.size() + 1, 0);
-    list.entries.resize(static_cast<std::size_t>(entries));
-    for (int e = 0; e < entries; ++e) ++list.offsets[point_of(e) + 1];
-    for (std::size_t p = 0; p < net.rest.size(); ++p) list.offsets[p + 1] += list.offsets[p];
-    std::vector<int> next(list.offsets.begin(), list.offsets.end() - 1);
-    for (int e = 0; e < entries; ++e) list.entries[next[point_of(e)]++] = e;
-    return list;
-  };
-  spring_incidence_ = incidence(2 * static_cast<int>(springs_.a.size()),
-                                [&](int e) { return e % 2 == 0 ? springs_.a[e / 2] : springs_.b[e / 2]; });
-  volume_incidence_ =
-      incidence(4 * static_cast<int>(net.volumes.size()), [&](int e) { return net.volumes[e / 4].p[e % 4]; });
+  const int points = static_cast<int>(net.rest.size());
+  spring_incidence_ = make_incidence(points, 2 * static_cast<int>(springs_.a.size()), [&](int e) {
+    return e % 2 == 0 ? springs_.a[e / 2] : springs_.b[e / 2];
+  });
+  volume_incidence_ = make_incidence(points, 4 * static_cast<int>(net.volumes.size()),
+                                     [&](int e) { return net.volumes[e / 4].p[e % 4]; });
 }
 
 MotionState TimeStepper::rest() const {
@@ -152,7 +133,7 @@ double TimeStepper::potential(std::span<const Vec3> x) const {
     const auto first = static_cast<std::size_t>(springs_.first_of_law[l]);
     const auto count = static_cast<std::size_t>(springs_.first_of_law[l + 1]) - first;
     energy += with_law(kLaws[l], [&]<SpringLaw law>() {
-      return sum_over(count, [&](std::size_t k) {
+      return parallel_sum(count, kGrain, [&](std::size_t k) {
         const std::size_t i = first + k;
         const double length = distance(x[springs_.a[i]], x[springs_.b[i]]);
         if (length > springs_.cutoff[i]) return 0.0;
@@ -161,9 +142,9 @@ double TimeStepper::potential(std::span<const Vec3> x) const {
     });
   }
   const auto& net = model_.network;
-  energy += sum_over(net.volumes.size(),
-                     [&](std::size_t i) { return volume_part(net.volumes[i], x).response.energy; });
-  return energy + sum_over(x.size(), [&](std::size_t i) {
+  energy += parallel_sum(net.volumes.size(), kGrain,
+                         [&](std::size_t i) { return volume_part(net.volumes[i], x).response.energy; });
+  return energy + parallel_sum(x.size(), kGrain, [&](std::size_t i) {
            if (!is_mobile(static_cast<int>(i))) return 0.0;
            double own = -net.mass_g[i] * dot(model_.gravity_mm_ms2, x[i]);
            for (const Barrier& barrier : model_.barriers) own += respond(barrier, x[i]).energy;
@@ -172,8 +153,8 @@ double TimeStepper::potential(std::span<const Vec3> x) const {
 }
 
 double TimeStepper::kinetic(std::span<const Vec3> v) const {
-  return sum_over(v.size(),
-                  [&](std::size_t i) { return 0.5 * model_.network.mass_g[i] * squared_length(v[i]); });
+  return parallel_sum(v.size(), kGrain,
+                      [&](std::size_t i) { return 0.5 * model_.network.mass_g[i] * squared_length(v[i]); });
 }
 
 // All springs and volumes into arrays of their own, then each point gathers its own: no two threads write to
@@ -187,7 +168,7 @@ int TimeStepper::evaluate(const MotionState& state, std::span<Vec3> forces, Work
     const auto first = static_cast<std::size_t>(springs_.first_of_law[l]);
     const auto count = static_cast<std::size_t>(springs_.first_of_law[l + 1]) - first;
     coincident += with_law(kLaws[l], [&]<SpringLaw law>() {
-      return static_cast<int>(sum_over(count, [&](std::size_t k) {
+      return static_cast<int>(parallel_sum(count, kGrain, [&](std::size_t k) {
         const std::size_t i = first + k;
         const Vec3 d = x[springs_.b[i]] - x[springs_.a[i]];
         const double length = std::sqrt(squared_length(d));

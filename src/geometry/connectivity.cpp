@@ -71,18 +71,6 @@ Lists half_edges_by_edge(std::size_t points, const std::vector<Index3>& triangle
   return edges;
 }
 
-std::vector<bool> boundary_points(std::size_t points, const std::vector<Index3>& triangles,
-                                  const Lists& edges) {
-  std::vector<bool> boundary(points, false);
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (edges[e].size() != 1) continue;
-    const int h = edges[e][0];
-    boundary[static_cast<std::size_t>(corner_point(triangles, h))] = true;
-    boundary[static_cast<std::size_t>(corner_point(triangles, next_corner(h)))] = true;
-  }
-  return boundary;
-}
-
 TriMesh without_unused_points(TriMesh mesh) {
   std::vector<int> map(mesh.points.size(), -1);
   for (const Index3& t : mesh.triangles) {
@@ -102,3 +90,19 @@ TriMesh without_unused_points(TriMesh mesh) {
 }
 
 }  // namespace turgor::detail
+
+namespace turgor {
+
+std::vector<bool> boundary_points(const TriMesh& mesh) {
+  const detail::Lists edges = detail::half_edges_by_edge(mesh.points.size(), mesh.triangles);
+  std::vector<bool> boundary(mesh.points.size(), false);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (edges[e].size() != 1) continue;
+    const int h = edges[e][0];
+    boundary[static_cast<std::size_t>(detail::corner_point(mesh.triangles, h))] = true;
+    boundary[static_cast<std::size_t>(detail::corner_point(mesh.triangles, detail::next_corner(h)))] = true;
+  }
+  return boundary;
+}
+
+}  // namespace turgor

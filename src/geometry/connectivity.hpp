@@ -36,10 +36,6 @@ Lists corners_by_point(std::size_t points, const std::vector<Index3>& triangles)
 /// The half-edges of each undirected edge, ascending; edges sorted by (smaller point, larger point).
 Lists half_edges_by_edge(std::size_t points, const std::vector<Index3>& triangles);
 
-/// Whether each point lies on an edge used by one triangle only.
-std::vector<bool> boundary_points(std::size_t points, const std::vector<Index3>& triangles,
-                                  const Lists& edges);
-
 /// Makes every edge belong to at most two triangles, of opposite direction, and every point to one fan: pairs
 /// of triangles on the same points that face each other are removed, and where more than one sheet meets in
 /// an edge or a point, the point is doubled so that each sheet has its own; a sheet that passes twice through

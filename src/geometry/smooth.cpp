@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/connectivity.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/mesh_edit.hpp"
 
@@ -43,8 +42,7 @@ TriMesh smooth(TriMesh mesh, int iterations, double pass_band) {
   const double a = std::max(2.0, pass_band * (0.5 + std::sqrt(0.25 + 2.5 * iterations)));
   const double lambda = 1 / a, mu = 1 / (pass_band - a);
   const PointAdjacency adjacency = point_adjacency(mesh);
-  const detail::Lists edges = detail::half_edges_by_edge(mesh.points.size(), mesh.triangles);
-  const std::vector<bool> fixed = detail::boundary_points(mesh.points.size(), mesh.triangles, edges);
+  const std::vector<bool> fixed = boundary_points(mesh);
   std::vector<Vec3> other(mesh.points.size());
   for (int i = 0; i < iterations; ++i) {
     umbrella_step(adjacency, fixed, lambda, mesh.points, other);

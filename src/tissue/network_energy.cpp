@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 
+#include "tissue/incidence.hpp"
 #include "tissue/spring_law.hpp"
 #include "turgor/core/parallel.hpp"
 
@@ -12,19 +13,6 @@ namespace {
 
 constexpr int kRange = 1024;
 constexpr std::size_t kPointGrain = 1024;
-
-// Counting sort of (point, element corner) pairs; entries at a point ascend.
-template <class PointOf>
-NetworkEnergy::Incidence make_incidence(int points, int entries, PointOf&& point_of) {
-  NetworkEnergy::Incidence list;
-  list.offsets.assign(static_cast<std::size_t>(points) + 1, 0);
-  list.entries.resize(static_cast<std::size_t>(entries));
-  for (int e = 0; e < entries; ++e) ++list.offsets[point_of(e) + 1];
-  for (int p = 0; p < points; ++p) list.offsets[p + 1] += list.offsets[p];
-  std::vector<int> next(list.offsets.begin(), list.offsets.end() - 1);
-  for (int e = 0; e < entries; ++e) list.entries[next[point_of(e)]++] = e;
-  return list;
-}
 
 struct Line {
   Vec3 direction;
@@ -42,11 +30,6 @@ SpringStiffness spring_stiffness(const Line& line, double rest, double k, double
   const TensionSlope t = law_tension<law>(line.length, rest);
   const double transverse = line.length > 0 ? k * t.tension / line.length : 0.0;
   return {line.direction, k * t.slope, transverse < 0 ? transverse * (1 - projection) : transverse};
-}
-
-std::array<Vec3, 4> volume_gradient(const Vec3& e1, const Vec3& e2, const Vec3& e3) {
-  const Vec3 g1 = cross(e2, e3) / 6.0, g2 = cross(e3, e1) / 6.0, g3 = cross(e1, e2) / 6.0;
-  return {-(g1 + g2 + g3), g1, g2, g3};
 }
 
 // ∂²V/∂x_a∂x_b = ⅙ [w]×, w along the edge opposite to a and b.

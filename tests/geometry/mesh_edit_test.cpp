@@ -4,7 +4,6 @@
 
 #include <set>
 
-#include "geometry/connectivity.hpp"
 #include "shapes.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/surface_query.hpp"
@@ -51,8 +50,7 @@ TEST(Smooth, MultipliesAWaveByTheTransferFunctionOfTaubin) {
 TEST(Smooth, LeavesTheBoundaryWhereItIs) {
   const TriMesh rough = testing::noisy(testing::sheet(20, 100), 1.0, 3);
   const TriMesh smoothed = smooth(rough, 10, 0.1);
-  const auto edges = detail::half_edges_by_edge(rough.points.size(), rough.triangles);
-  const auto boundary = detail::boundary_points(rough.points.size(), rough.triangles, edges);
+  const auto boundary = boundary_points(rough);
   int moved = 0;
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     if (boundary[i]) {

@@ -63,6 +63,17 @@ PatientCase with_setback(double mm) {
   return patient;
 }
 
+Prediction predicted_setback(const ContactOptions& contact) {
+  CaseOptions options;
+  options.contact = contact;
+  PatientCase patient = phantom_case(options);
+  EXPECT_TRUE(static_cast<bool>(sagittal_split(patient.bones(), patient_of(patient), -6)));
+  Context context;
+  auto p = predict(patient, Solver::network, {}, context);
+  EXPECT_TRUE(static_cast<bool>(p)) << p.error().message();
+  return *std::move(p);
+}
+
 const LandmarkShift& shift_of(const Prediction& p, std::string_view name) {
   for (const LandmarkShift& l : p.landmarks) {
     if (l.name == name) return l;
@@ -120,14 +131,10 @@ TEST(Predict, MouthOpeningPartsTheLips) {
 
 TEST(Predict, MucosaSlidesOverTheTeethButDoesNotLeaveThem) {
   const auto follow = [](double adhesion_n_mm) {
-    CaseOptions options;
-    options.contact.adhesion_n_mm = adhesion_n_mm;
-    PatientCase patient = phantom_case(options);
-    EXPECT_TRUE(static_cast<bool>(sagittal_split(patient.bones(), patient_of(patient), -6)));
-    Context context;
-    const auto p = predict(patient, Solver::network, {}, context);
-    EXPECT_TRUE(static_cast<bool>(p)) << p.error().message();
-    const LandmarkShift& lip = shift_of(*p, "labrale_inferius");
+    ContactOptions contact;
+    contact.adhesion_n_mm = adhesion_n_mm;
+    const Prediction p = predicted_setback(contact);
+    const LandmarkShift& lip = shift_of(p, "labrale_inferius");
     return lip.after.y - lip.before.y;
   };
   const double wet = follow(0.1), dry = follow(0);
@@ -148,17 +155,12 @@ TEST(Predict, FreeTissueStaysOutOfBoneThatComesForward) {
 }
 
 TEST(Predict, UnderminedTissueFollowsNeitherBone) {
-  const auto shift = [](double undermining_mm) {
-    CaseOptions options;
-    options.contact.undermining_mm = undermining_mm;
-    PatientCase patient = phantom_case(options);
-    EXPECT_TRUE(static_cast<bool>(sagittal_split(patient.bones(), patient_of(patient), -6)));
-    Context context;
-    const auto p = predict(patient, Solver::network, {}, context);
-    EXPECT_TRUE(static_cast<bool>(p)) << p.error().message();
-    return p->inverted_prisms;
+  const auto inverted = [](double undermining_mm) {
+    ContactOptions contact;
+    contact.undermining_mm = undermining_mm;
+    return predicted_setback(contact).inverted_prisms;
   };
-  EXPECT_LT(shift(10), shift(0)) << "held on both sides of the cut, prisms fold";
+  EXPECT_LT(inverted(10), inverted(0)) << "held on both sides of the cut, prisms fold";
 }
 
 TEST(Predict, IsTheSameOnOneAndTwoThreads) {

@@ -45,4 +45,17 @@ T parallel_reduce(std::size_t count, std::size_t grain, T identity, Partial&& pa
   return total;
 }
 
+/// Sum of term(i) over `count` items: the bits depend on `count` and `grain` alone.
+template <class Term>
+double parallel_sum(std::size_t count, std::size_t grain, Term&& term) {
+  return parallel_reduce<double>(
+      count, grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += term(i);
+        return sum;
+      },
+      std::plus<>());
+}
+
 }  // namespace turgor

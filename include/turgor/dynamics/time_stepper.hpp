@@ -6,7 +6,7 @@
 
 #include "turgor/core/context.hpp"
 #include "turgor/dynamics/barrier.hpp"
-#include "turgor/tissue/network.hpp"
+#include "turgor/tissue/network_energy.hpp"
 
 namespace turgor {
 
@@ -91,9 +91,6 @@ class TimeStepper {
     std::vector<double> rest_length, stiffness, viscosity, cutoff;
     std::vector<int> first_of_law;  // five
   };
-  struct Incidence {
-    std::vector<int> offsets, entries;  // number · corners + corner
-  };
 
   explicit TimeStepper(MotionModel model);
   void lay_out();
@@ -105,7 +102,7 @@ class TimeStepper {
 
   MotionModel model_;
   Springs springs_;
-  Incidence spring_incidence_, volume_incidence_;
+  NetworkEnergy::Incidence spring_incidence_, volume_incidence_;
 };
 
 }  // namespace turgor

@@ -66,4 +66,7 @@ struct PointAdjacency {
 };
 PointAdjacency point_adjacency(const TriMesh& mesh);
 
+/// Whether each point lies on an edge used by one triangle only.
+std::vector<bool> boundary_points(const TriMesh& mesh);
+
 }  // namespace turgor

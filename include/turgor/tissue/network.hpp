@@ -1,6 +1,7 @@
 // The spring network: points, springs and volumes, and the laws of their materials (models.md 1 and 2).
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -86,6 +87,12 @@ struct VolumeResponse {
   double energy, mean_stress, slope;
 };
 VolumeResponse respond(const VolumeElement& element, double volume_mm3);
+
+/// ∂V/∂x of the four corners of a tetrahedron with edges e1, e2, e3 from its first, mm²; V = e1 · second.
+inline std::array<Vec3, 4> volume_gradient(const Vec3& e1, const Vec3& e2, const Vec3& e3) {
+  const Vec3 g1 = cross(e2, e3) / 6.0, g2 = cross(e3, e1) / 6.0, g3 = cross(e1, e2) / 6.0;
+  return {-(g1 + g2 + g3), g1, g2, g3};
+}
 
 /// ⅙ (b − a)·((c − a) × (d − a)).
 inline double signed_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
