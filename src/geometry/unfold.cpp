@@ -1,14 +1,11 @@
 #include <vector>
 
+#include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/mesh_edit.hpp"
 
 namespace turgor {
 namespace {
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Area-weighted normals: the large triangles around a fold say which way the surface looks.
 std::vector<Vec3> area_normals(const TriMesh& mesh) {

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "turgor/core/error.hpp"
+#include "turgor/core/nearest.hpp"
 
 namespace turgor {
 
@@ -127,14 +128,12 @@ struct CommandTable {
 const CommandTable& program_commands();
 /// What a surgical plan may say: corrections of the head, tissue, osteotomies, movements, solvers.
 const CommandTable& plan_commands();
+/// What a script, the console, a menu or a device may say to a scene: objects, tissue, views, constraints.
+const CommandTable& scene_commands();
 /// All tables, for help and documentation.
 std::span<const CommandTable* const> command_tables();
 
 /// Names well formed and unique, defaults within range, rules and examples that hold. Error kind: internal.
 Result<void> validate(const CommandTable& table);
-
-/// The candidate nearest to `word` by edit distance (a swap of neighbours counts once; case and - against _
-/// count nothing), or empty where none is near.
-std::string_view nearest_word(std::string_view word, std::span<const std::string_view> candidates);
 
 }  // namespace turgor

@@ -1,8 +1,8 @@
+#include "turgor/core/nearest.hpp"
+
 #include <algorithm>
 #include <string>
 #include <vector>
-
-#include "turgor/commands/declaration.hpp"
 
 namespace turgor {
 namespace {
