@@ -217,28 +217,91 @@ BENCHMARK(BM_Stiffness)
     ->Unit(benchmark::kMicrosecond)
     ->UseRealTime();
 
-/// One Euler step of the paper's face, `scale` times as long and wide; forces, stable step and update.
-void BM_TimeStep(benchmark::State& state) {
-  const support::Slab slab = face(static_cast<int>(state.range(0)));
-  const Threads threads(state.range(1));
+// An Euler step. Per spring: ends (8 B), rest length, stiffness and viscosity (24 B), some 75 operations; per
+// point position and velocity read and written (96 B, and 48 B for the lines written to), mass and decay (16
+// B), its number (4 B), some 45 operations. Springs between blocks count once.
+constexpr double kStepSpringBytes = 32, kStepPointBytes = 164, kStepSpringFlops = 75, kStepPointFlops = 45;
+
+void run_steps(benchmark::State& state, const support::Slab& slab, Integrator integrator, double viscosity) {
   MotionModel model;
   model.network = slab.network;
   model.network.mass_g.assign(model.network.rest.size(), 0.05);
-  model.springs.assign(model.network.springs.size(), {0.01, 0});
+  if (viscosity > 0) model.springs.assign(model.network.springs.size(), {viscosity, 0});
   model.gravity_mm_ms2 = {0, 0, -0.0098};
-  const double springs = static_cast<double>(model.network.springs.size());
+  const auto springs = static_cast<double>(model.network.springs.size());
+  const auto points = static_cast<double>(model.network.rest.size());
   const auto stepper = TimeStepper::prepare(std::move(model));
   MotionState motion = stepper->rest();
-  const double dt = 0.5 * stepper->stable_step_ms(motion, Integrator::euler);
+  const double dt = 0.5 * stepper->stable_step_ms(motion, integrator);
   Context context;
   TimeStepper::Workspace workspace;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(stepper->step(motion, dt, Integrator::euler, context, workspace));
+    benchmark::DoNotOptimize(stepper->step(motion, dt, integrator, context, workspace));
   }
-  state.counters["s/spring"] = benchmark::Counter(
-      springs, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  const double passes = integrator == Integrator::euler ? 1 : 2;
+  state.counters["s/spring"] =
+      Counter(springs * passes, Counter::kIsIterationInvariantRate | Counter::kInvert);
+  state.counters["B/s"] = Counter(passes * (springs * kStepSpringBytes + points * kStepPointBytes),
+                                  Counter::kIsIterationInvariantRate, Counter::kIs1000);
+  state.counters["flop/s"] = Counter(passes * (springs * kStepSpringFlops + points * kStepPointFlops),
+                                     Counter::kIsIterationInvariantRate, Counter::kIs1000);
   label(state, slab);
 }
+
+/// One Euler step of the paper's face, `scale` times as long and wide; forces, stable step and update.
+void BM_TimeStep(benchmark::State& state) {
+  const Threads threads(state.range(1));
+  run_steps(state, face(static_cast<int>(state.range(0))), Integrator::euler, 0.01);
+}
 BENCHMARK(BM_TimeStep)->ArgsProduct({{1, 7}, {1, 2}})->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The same with points numbered at random.
+void BM_TimeStepShuffledPoints(benchmark::State& state) {
+  const Threads threads(state.range(1));
+  run_steps(state, shuffled(face(static_cast<int>(state.range(0)))), Integrator::euler, 0.01);
+}
+BENCHMARK(BM_TimeStepShuffledPoints)
+    ->Args({7, 1})
+    ->Args({7, 2})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+/// A Heun step of a network as small as the thesis's scripts (1989, chapter 6); springs are evaluated twice.
+void BM_ScriptStep(benchmark::State& state) {
+  const Threads threads(state.range(0));
+  support::SlabOptions options;
+  options.nx = options.ny = 13;
+  run_steps(state, support::make_slab(options), Integrator::heun, 0.01);
+}
+BENCHMARK(BM_ScriptStep)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond)->UseRealTime();
+
+/// An Euler and a Heun step of volume elements alone, three a prism: `side`² columns. Heun needs the
+/// stiffness in one of its two evaluations.
+void BM_VolumeStep(benchmark::State& state) {
+  const Threads threads(state.range(2));
+  support::SlabOptions options;
+  options.nx = options.ny = static_cast<int>(state.range(0));
+  options.volumes = true;
+  MotionModel model;
+  model.network = support::make_slab(options).network;
+  model.network.springs.clear();
+  model.network.mass_g.assign(model.network.rest.size(), 0.05);
+  const auto volumes = static_cast<double>(model.network.volumes.size());
+  const Integrator integrator = state.range(1) == 1 ? Integrator::euler : Integrator::heun;
+  const auto stepper = TimeStepper::prepare(std::move(model));
+  MotionState motion = stepper->rest();
+  const double dt = 0.5 * stepper->stable_step_ms(motion, integrator);
+  Context context;
+  TimeStepper::Workspace workspace;
+  for (auto _ : state) benchmark::DoNotOptimize(stepper->step(motion, dt, integrator, context, workspace));
+  state.counters["volumes"] = volumes;
+  state.counters["s/volume"] = Counter(volumes * static_cast<double>(state.range(1)),
+                                       Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+BENCHMARK(BM_VolumeStep)
+    ->ArgNames({"side", "evaluations", "threads"})
+    ->ArgsProduct({{15, 21, 290}, {1, 2}, {1, 2}})
+    ->Unit(benchmark::kMicrosecond)
+    ->UseRealTime();
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "dynamics/lanes.hpp"
+#include "math/lanes.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "dynamics/lanes.hpp"
+#include "math/lanes.hpp"
 
 namespace turgor {
 namespace {

@@ -3,25 +3,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
+#include <limits>
 
+#include "dynamics/network_blocks.hpp"
+#include "math/lanes.hpp"
 #include "tissue/incidence.hpp"
 #include "tissue/spring_law.hpp"
+#include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor {
 namespace {
 
-constexpr std::size_t kGrain = 2048;
-constexpr int kMostSubSteps = 100'000;
-constexpr std::array kLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic,
-                              SpringLaw::square};
+using Quad = TimeStepper::Workspace::Quad;
+using Wants = NetworkBlocks::Wants;
 
-// Part of the stable step that is taken. Euler's is stable up to it; Heun's lets an undamped oscillation grow
-// by (ω dt)⁴/8 a step, 0.03 % here.
-constexpr double kEulerMargin = 0.7, kHeunMargin = 0.11;
+constexpr std::size_t kGrain = 2048;
+constexpr std::size_t kAhead = 16;     // points whose memory is fetched before its turn
+constexpr std::size_t kMostRuns = 64;  // of blocks, each with scratch memory of its own
+constexpr int kMostSubSteps = 100'000, kMostAdvances = 1'000'000;
+
+// Both integrators are stable for steps h < 2/f, f = √(ω² + d²) + d of an oscillation of the frequency ω and
+// the decay d, or nearly so: Heun where dh < 1 and (ωh)² < 4 (1 − dh + (dh)²), to which h < √3/f suffices.
+// Without decay neither lets an oscillation grow or fade. The parts of 1/f that are taken leave room for
+// stiffness that grows within a step.
+constexpr double kEulerPart = 1.4, kHeunPart = 1.0;
+
+// Barriers count for more than they are: they let go within a step, and what a long one gains at that keeps
+// tissue trembling on them. Draped over a hard ball it comes to rest from 9 on (to a third of the step).
+constexpr double kBarrierWeight = 9;
 
 Error bad(std::string what, std::string remedy) {
   return {ErrorKind::bad_input, std::move(what), "motion", std::move(remedy)};
@@ -48,6 +59,30 @@ Result<void> check_springs(const MotionModel& model) {
   return {};
 }
 
+Result<void> check_relaxation(std::span<const Relaxation> relaxation) {
+  double shares = 0;
+  for (const Relaxation& r : relaxation) {
+    if (!at_least_zero(r.share) || !(std::isfinite(r.time_ms) && r.time_ms > 0))
+      return bad(fmt::format("a share of {} relaxes with the time {} ms", r.share, r.time_ms),
+                 "The share must be at least 0, the time above 0");
+    shares += r.share;
+  }
+  if (!(shares < 1))
+    return bad(fmt::format("{} of the tension relaxes", shares), "The shares must add up to less than 1");
+  return {};
+}
+
+Result<void> check_barriers(std::span<const Barrier> barriers, std::size_t points) {
+  for (const Barrier& barrier : barriers) {
+    TURGOR_CHECK(validate(barrier));
+    for (const int p : barrier.points) {
+      if (p < 0 || at(p) >= points)
+        return bad(fmt::format("a barrier acts on point {} of {}", p, points), "Point numbers start at 0");
+    }
+  }
+  return {};
+}
+
 Result<void> check(const MotionModel& model) {
   TURGOR_CHECK(validate(model.network));
   TURGOR_CHECK(check_springs(model));
@@ -67,87 +102,162 @@ Result<void> check(const MotionModel& model) {
     return bad(fmt::format("the damping is {} g/ms", model.damping_g_ms),
                "It must be a finite number of at least 0");
   }
-  for (const Barrier& barrier : model.barriers) TURGOR_CHECK(validate(barrier));
+  TURGOR_CHECK(check_barriers(model.barriers, model.network.rest.size()));
+  return check_relaxation(model.relaxation);
+}
+
+Result<void> check_control(double duration_ms, const StepControl& c) {
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
+  if (!positive(duration_ms) || !positive(c.tolerance_mm) || !positive(c.shortest_ms) ||
+      !(std::isfinite(c.longest_ms) && c.longest_ms >= c.shortest_ms)) {
+    return bad(fmt::format("{} ms in steps of {} to {} ms with a tolerance of {} mm", duration_ms,
+                           c.shortest_ms, c.longest_ms, c.tolerance_mm),
+               "All must be above 0, the shortest step no longer than the longest");
+  }
   return {};
 }
 
-struct VolumePart {
-  std::array<Vec3, 4> gradient;
-  VolumeResponse response;
+}  // namespace
+
+struct TimeStepper::Outcome {
+  double fastest = 0;  ///< bound of the eigenvalues of the motion, 1/ms
+  int coincident = 0;
+  int gone = std::numeric_limits<int>::max();  ///< first point that leaves every bound
+  double error = 0;                            ///< of the step, mm
+
+  void check_point(int point, const Vec3& x, const Vec3& v) {
+    if (!(is_within_reach(x) && is_finite(v))) gone = std::min(gone, point);
+  }
+  void add_frequency(double stiffness, double mass, double decay) {
+    // √(k/m + d²) + d, the root only where it tells.
+    const double square = stiffness / mass + decay * decay, least = fastest - decay;
+    if (least <= 0 || square > least * least) fastest = std::max(fastest, std::sqrt(square) + decay);
+  }
+  [[nodiscard]] bool is_gone() const { return gone != std::numeric_limits<int>::max(); }
+  [[nodiscard]] Error departure() const {
+    return bad(fmt::format("point {} leaves for more than a thousand kilometres", gone),
+               "Make gravity or the forces on it smaller");
+  }
+  static Outcome worst(const Outcome& a, const Outcome& b) {
+    return {std::max(a.fastest, b.fastest), a.coincident + b.coincident, std::min(a.gone, b.gone),
+            a.error > b.error ? a.error : b.error};
+  }
 };
 
-VolumePart volume_part(const VolumeElement& element, std::span<const Vec3> x) {
-  const Vec3& o = x[element.p[0]];
-  const Vec3 e1 = x[element.p[1]] - o, e2 = x[element.p[2]] - o, e3 = x[element.p[3]] - o;
-  const std::array<Vec3, 4> gradient = volume_gradient(e1, e2, e3);
-  return {gradient, respond(element, dot(e1, gradient[1]))};
-}
-
-}  // namespace
+struct TimeStepper::SubStep {
+  double parts;      ///< of the time left, the first of which was taken; not taken where these are too many
+  double stable_ms;  ///< at the start
+  Outcome outcome;   ///< of the last pass
+  int coincident = 0;
+};
 
 Result<TimeStepper> TimeStepper::prepare(MotionModel model) {
   TURGOR_CHECK(check(model));
   return TimeStepper(std::move(model));
 }
 
+TimeStepper::TimeStepper(TimeStepper&&) noexcept = default;
+TimeStepper& TimeStepper::operator=(TimeStepper&&) noexcept = default;
+TimeStepper::~TimeStepper() = default;
+
 TimeStepper::TimeStepper(MotionModel model) : model_(std::move(model)) {
-  lay_out();
+  const auto& net = model_.network;
+  const int points = static_cast<int>(net.rest.size());
+  std::vector<double> share(net.springs.size()), damping(net.rest.size(), model_.damping_g_ms);
+  for (std::size_t i = 0; i < share.size(); ++i) {
+    const Spring& s = net.springs[i];
+    share[i] = acting_share(s);
+    if (model_.springs.empty()) continue;
+    for (const int end : {s.a, s.b}) damping[at(end)] += 2 * share[i] * model_.springs[i].viscosity;
+    if (model_.springs[i].relaxes) relaxing_.push_back({static_cast<int>(i), share[i]});
+  }
+  blocks_ = std::make_unique<NetworkBlocks>(model_, share);
+  decay_.resize(net.rest.size());
+  for (int p = 0; p < points; ++p) {
+    if (!is_mobile(p)) {
+      fixed_.push_back(p);
+      continue;
+    }
+    decay_[at(p)] = 0.5 * damping[at(p)] / net.mass_g[at(p)];
+  }
+  assign_barriers();
 }
 
-void TimeStepper::lay_out() {
-  const auto& net = model_.network;
-  for (const SpringLaw law : kLaws) {
-    springs_.first_of_law.push_back(static_cast<int>(springs_.a.size()));
-    for (std::size_t i = 0; i < net.springs.size(); ++i) {
-      const Spring& s = net.springs[i];
-      const int mobile_ends = static_cast<int>(is_mobile(s.a)) + static_cast<int>(is_mobile(s.b));
-      if (s.law != law || mobile_ends == 0) continue;
-      const double share = mobile_ends == 2 ? 0.5 : 1.0;
-      const SpringMotion motion = model_.springs.empty() ? SpringMotion{} : model_.springs[i];
-      springs_.a.push_back(s.a);
-      springs_.b.push_back(s.b);
-      springs_.rest_length.push_back(s.rest_length_mm);
-      springs_.stiffness.push_back(share * s.stiffness_n);
-      springs_.viscosity.push_back(share * motion.viscosity);
-      springs_.cutoff.push_back(motion.cutoff_mm > 0 ? motion.cutoff_mm
-                                                     : std::numeric_limits<double>::infinity());
-    }
+void TimeStepper::assign_barriers() {
+  everywhere_.clear();
+  listed_ = {};
+  std::vector<std::array<int, 2>> pairs;  // point, barrier
+  for (std::size_t b = 0; b < model_.barriers.size(); ++b) {
+    if (model_.barriers[b].points.empty()) everywhere_.push_back(static_cast<int>(b));
+    for (const int p : model_.barriers[b].points) pairs.push_back({p, static_cast<int>(b)});
   }
-  springs_.first_of_law.push_back(static_cast<int>(springs_.a.size()));
+  if (pairs.empty()) return;
+  listed_ = make_incidence(static_cast<int>(model_.network.rest.size()), static_cast<int>(pairs.size()),
+                           [&](int e) { return pairs[at(e)][0]; });
+  for (int& entry : listed_.entries) entry = pairs[at(entry)][1];
+}
 
-  const int points = static_cast<int>(net.rest.size());
-  spring_incidence_ = make_incidence(points, 2 * static_cast<int>(springs_.a.size()), [&](int e) {
-    return e % 2 == 0 ? springs_.a[e / 2] : springs_.b[e / 2];
-  });
-  volume_incidence_ = make_incidence(points, 4 * static_cast<int>(net.volumes.size()),
-                                     [&](int e) { return net.volumes[e / 4].p[e % 4]; });
+double TimeStepper::acting_share(const Spring& s) const {
+  const int mobile_ends = static_cast<int>(is_mobile(s.a)) + static_cast<int>(is_mobile(s.b));
+  return mobile_ends == 2 ? 0.5 : mobile_ends;
+}
+
+Result<void> TimeStepper::set_rest_length(int spring, double rest_length_mm) {
+  auto& springs = model_.network.springs;
+  if (spring < 0 || at(spring) >= springs.size())
+    return bad(fmt::format("there is no spring {}, of {}", spring, springs.size()), "Numbers start at 0");
+  if (!(std::isfinite(rest_length_mm) && rest_length_mm > 0)) {
+    return bad(fmt::format("the rest length of spring {} is to be {} mm", spring, rest_length_mm),
+               "It must be a finite number above 0");
+  }
+  springs[at(spring)].rest_length_mm = rest_length_mm;
+  blocks_->set_rest_length(spring, rest_length_mm);
+  return {};
+}
+
+Result<void> TimeStepper::set_barriers(std::vector<Barrier> barriers) {
+  TURGOR_CHECK(check_barriers(barriers, model_.network.rest.size()));
+  model_.barriers = std::move(barriers);
+  assign_barriers();
+  return {};
 }
 
 MotionState TimeStepper::rest() const {
-  return {model_.network.rest, std::vector<Vec3>(model_.network.rest.size()), 0};
+  MotionState state{model_.network.rest, std::vector<Vec3>(model_.network.rest.size()), 0};
+  state.relaxed.resize(relaxing_.size());
+  return state;
+}
+
+double TimeStepper::spring_energy(std::size_t i, std::span<const Vec3> x) const {
+  const Spring& s = model_.network.springs[i];
+  const double share = acting_share(s), length = distance(x[at(s.a)], x[at(s.b)]);
+  if (share == 0) return 0;
+  if (!model_.springs.empty() && model_.springs[i].cutoff_mm > 0 && length > model_.springs[i].cutoff_mm)
+    return 0;
+  return share * s.stiffness_n *
+         with_law(s.law, [&]<SpringLaw law>() { return law_energy<law>(length, s.rest_length_mm); });
+}
+
+template <class Visit>
+void TimeStepper::visit_barriers(int point, Visit&& visit) const {
+  for (const int b : everywhere_) visit(model_.barriers[at(b)]);
+  if (listed_.entries.empty()) return;
+  for (int k = listed_.offsets[at(point)]; k < listed_.offsets[at(point) + 1]; ++k)
+    visit(model_.barriers[at(listed_.entries[at(k)])]);
 }
 
 double TimeStepper::potential(std::span<const Vec3> x) const {
-  double energy = 0;
-  for (std::size_t l = 0; l < kLaws.size(); ++l) {
-    const auto first = static_cast<std::size_t>(springs_.first_of_law[l]);
-    const auto count = static_cast<std::size_t>(springs_.first_of_law[l + 1]) - first;
-    energy += with_law(kLaws[l], [&]<SpringLaw law>() {
-      return parallel_sum(count, kGrain, [&](std::size_t k) {
-        const std::size_t i = first + k;
-        const double length = distance(x[springs_.a[i]], x[springs_.b[i]]);
-        if (length > springs_.cutoff[i]) return 0.0;
-        return springs_.stiffness[i] * law_energy<law>(length, springs_.rest_length[i]);
-      });
-    });
-  }
   const auto& net = model_.network;
-  energy += parallel_sum(net.volumes.size(), kGrain,
-                         [&](std::size_t i) { return volume_part(net.volumes[i], x).response.energy; });
-  return energy + parallel_sum(x.size(), kGrain, [&](std::size_t i) {
+  const double springs =
+      parallel_sum(net.springs.size(), kGrain, [&](std::size_t i) { return spring_energy(i, x); });
+  const double volumes = parallel_sum(net.volumes.size(), kGrain, [&](std::size_t i) {
+    const VolumeElement& v = net.volumes[i];
+    return respond(v, signed_volume(x[at(v.p[0])], x[at(v.p[1])], x[at(v.p[2])], x[at(v.p[3])])).energy;
+  });
+  return springs + volumes + parallel_sum(x.size(), kGrain, [&](std::size_t i) {
            if (!is_mobile(static_cast<int>(i))) return 0.0;
            double own = -net.mass_g[i] * dot(model_.gravity_mm_ms2, x[i]);
-           for (const Barrier& barrier : model_.barriers) own += respond(barrier, x[i]).energy;
+           visit_barriers(static_cast<int>(i), [&](const Barrier& b) { own += respond(b, x[i]).energy; });
            return own;
          });
 }
@@ -157,177 +267,282 @@ double TimeStepper::kinetic(std::span<const Vec3> v) const {
                       [&](std::size_t i) { return 0.5 * model_.network.mass_g[i] * squared_length(v[i]); });
 }
 
-// All springs and volumes into arrays of their own, then each point gathers its own: no two threads write to
-// one place.
-int TimeStepper::evaluate(const MotionState& state, std::span<Vec3> forces, Workspace& w) const {
-  const auto &x = state.position, &v = state.velocity;
-  w.spring_force.resize(springs_.a.size());
-  w.spring_slope.resize(springs_.a.size());
-  int coincident = 0;
-  for (std::size_t l = 0; l < kLaws.size(); ++l) {
-    const auto first = static_cast<std::size_t>(springs_.first_of_law[l]);
-    const auto count = static_cast<std::size_t>(springs_.first_of_law[l + 1]) - first;
-    coincident += with_law(kLaws[l], [&]<SpringLaw law>() {
-      return static_cast<int>(parallel_sum(count, kGrain, [&](std::size_t k) {
-        const std::size_t i = first + k;
-        const Vec3 d = x[springs_.b[i]] - x[springs_.a[i]];
-        const double length = std::sqrt(squared_length(d));
-        const bool acts = length > 0 && length <= springs_.cutoff[i];
-        const double inverse = acts ? 1.0 / length : 0.0;
-        const TensionSlope t = law_tension<law>(length, springs_.rest_length[i]);
-        const double tension = springs_.stiffness[i] * t.tension;
-        const double rate = dot(v[springs_.b[i]] - v[springs_.a[i]], d) * inverse;
-        w.spring_force[i] = d * (inverse * (tension + springs_.viscosity[i] * rate));
-        w.spring_slope[i] =
-            acts ? std::max(springs_.stiffness[i] * t.slope, std::abs(tension) * inverse) : 0.0;
-        return length > 0 ? 0.0 : 1.0;
-      }));
-    });
-  }
+void TimeStepper::add_relaxation(const MotionState& state, Workspace& w) const {
+  w.elastic.resize(relaxing_.size());
+  w.offset.resize(relaxing_.size());
+  parallel_for(relaxing_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin; j < end; ++j) {
+      const std::size_t i = at(relaxing_[j].spring);
+      const Spring& s = model_.network.springs[i];
+      const double l = distance(state.position[at(s.a)], state.position[at(s.b)]);
+      const double cutoff = model_.springs[i].cutoff_mm;
+      const bool acts = l > 0 && !(cutoff > 0 && l > cutoff);
+      const double tension =
+          with_law(s.law, [&]<SpringLaw law>() { return law_tension<law>(l, s.rest_length_mm).tension; });
+      w.elastic[j] = acts ? relaxing_[j].share * s.stiffness_n * tension : 0.0;
+      w.offset[j] = 0;
+      for (const double q : state.relaxed[j]) w.offset[j] += q;
+    }
+  });
+}
+
+// All forces of every mobile point, block by block: move(point, x, v, force, outcome) may write what belongs
+// to its point, mostly in `target`, but not the state. Where only forces are wanted, of stiffness the outcome
+// tells that of barriers alone.
+template <auto wants, class Move>
+TimeStepper::Outcome TimeStepper::pass(const MotionState& state, const MotionState& target, Workspace& w,
+                                       Move&& move) const {
+  add_relaxation(state, w);
   const auto& net = model_.network;
-  w.volume_force.resize(4 * net.volumes.size());
-  parallel_for(net.volumes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const VolumePart part = volume_part(net.volumes[i], x);
-      for (std::size_t c = 0; c < 4; ++c)
-        w.volume_force[4 * i + c] = part.gradient[c] * -part.response.mean_stress;
-    }
-  });
-  parallel_for(x.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      forces[p] = {};
-      if (!is_mobile(static_cast<int>(p))) continue;
-      Vec3 sum = model_.gravity_mm_ms2 * net.mass_g[p] - v[p] * model_.damping_g_ms;
-      for (int k = spring_incidence_.offsets[p]; k < spring_incidence_.offsets[p + 1]; ++k) {
-        const int e = spring_incidence_.entries[k];
-        sum += e % 2 == 0 ? w.spring_force[e / 2] : -w.spring_force[e / 2];
-      }
-      for (int k = volume_incidence_.offsets[p]; k < volume_incidence_.offsets[p + 1]; ++k) {
-        sum += w.volume_force[volume_incidence_.entries[k]];
-      }
-      for (const Barrier& barrier : model_.barriers) sum += respond(barrier, x[p]).force;
-      forces[p] = sum;
-    }
-  });
-  return coincident;
+  const std::size_t run = std::max<std::size_t>(1, (blocks_->count() + kMostRuns - 1) / kMostRuns);
+  w.scratch.resize(std::max(w.scratch.size(), (blocks_->count() + run - 1) / run));
+  const auto point = [&](int p, const Vec3& x, const Vec3& v, const Quad& elastic, Outcome& o) {
+    const double mass = net.mass_g[at(p)];
+    Vec3 force = model_.gravity_mm_ms2 * mass - v * model_.damping_g_ms;
+    force += {elastic.v[0], elastic.v[1], elastic.v[2]};
+    double stiffness = elastic.v[3];
+    visit_barriers(p, [&](const Barrier& b) {
+      const Vec3 here = x;  // so that x itself need not have an address, and stays in registers
+      const BarrierResponse r = respond(b, here);
+      force += r.force;
+      stiffness += kBarrierWeight * r.stiffness;
+    });
+    move(p, x, v, force, o);
+    o.add_frequency(stiffness, mass, decay_[at(p)]);
+  };
+  const auto fetch = [&](int p) {
+    __builtin_prefetch(&net.mass_g[at(p)]);
+    __builtin_prefetch(&decay_[at(p)]);
+    __builtin_prefetch(&target.position[at(p)], 1);
+    __builtin_prefetch(&target.velocity[at(p)], 1);
+  };
+  return parallel_reduce(
+      blocks_->count(), run, Outcome{},
+      [&](std::size_t begin, std::size_t end) {
+        Outcome o;
+        for (std::size_t block = begin; block < end; ++block) {
+          const auto sums = blocks_->sum<Lanes, wants>(block, state, w.offset, w.scratch[begin / run]);
+          o.coincident += sums.coincident;
+          for (std::size_t i = 0; i < sums.points.size(); ++i) {
+            if (i + kAhead < sums.points.size()) fetch(sums.points[i + kAhead]);
+            const double *x = sums.position[i].v, *v = sums.velocity[i].v;
+            point(sums.points[i], {x[0], x[1], x[2]}, {v[0], v[1], v[2]}, sums.force[i], o);
+          }
+        }
+        return o;
+      },
+      Outcome::worst);
 }
 
 int TimeStepper::forces(const MotionState& state, std::span<Vec3> forces) const {
   Workspace w;
-  return evaluate(state, forces, w);
+  for (const int p : fixed_) forces[at(p)] = {};
+  return pass<Wants::forces>(
+             state, state, w,
+             [&](int p, const Vec3&, const Vec3&, const Vec3& force, Outcome&) { forces[at(p)] = force; })
+      .coincident;
 }
 
 double TimeStepper::stable_step_ms(const MotionState& state, Integrator integrator) const {
   Workspace w;
-  w.force.resize(state.position.size());
-  evaluate(state, w.force, w);
-  return stable_step(state, integrator, w);
+  return stable_step(
+      pass<Wants::stiffness>(state, state, w, [](int, const Vec3&, const Vec3&, const Vec3&, Outcome&) {}),
+      integrator);
 }
 
-// Of the springs as evaluate() has left them. Gershgorin: no eigenvalue of M⁻¹K exceeds the largest sum of a
-// row, and a spring adds its stiffness to its ends' rows twice.
-double TimeStepper::stable_step(const MotionState& state, Integrator integrator, Workspace& w) const {
-  const auto& net = model_.network;
-  const double fastest = parallel_reduce<double>(
-      net.rest.size(), kGrain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t p = begin; p < end; ++p) {
-          if (!is_mobile(static_cast<int>(p))) continue;
-          double stiffness = 0, damping = model_.damping_g_ms;
-          for (int k = spring_incidence_.offsets[p]; k < spring_incidence_.offsets[p + 1]; ++k) {
-            const int i = spring_incidence_.entries[k] / 2;
-            stiffness += 2 * w.spring_slope[i];
-            damping += 2 * springs_.viscosity[i];
-          }
-          for (int k = volume_incidence_.offsets[p]; k < volume_incidence_.offsets[p + 1]; ++k) {
-            const VolumeElement& element = net.volumes[volume_incidence_.entries[k] / 4];
-            const VolumePart part = volume_part(element, state.position);
-            double gradients = 0, reach = 0;
-            for (const Vec3& g : part.gradient) gradients += length(g);
-            for (const int c : element.p)
-              reach = std::max(reach, distance(state.position[c], state.position[p]));
-            stiffness +=
-                part.response.slope * length(part.gradient[volume_incidence_.entries[k] % 4]) * gradients +
-                std::abs(part.response.mean_stress) * reach;
-          }
-          for (const Barrier& barrier : model_.barriers)
-            stiffness += respond(barrier, state.position[p]).stiffness;
-          const double mass = net.mass_g[p], decay = 0.5 * damping / mass;
-          most = std::max(most, std::sqrt(stiffness / mass + decay * decay) + decay);
-        }
-        return most;
-      },
-      [](double a, double b) { return std::max(a, b); });
-  const double margin = integrator == Integrator::euler ? kEulerMargin : kHeunMargin;
-  return fastest > 0 ? margin * 2 / fastest : std::numeric_limits<double>::infinity();
+double TimeStepper::stable_step(const Outcome& outcome, Integrator integrator) const {
+  if (!(outcome.fastest > 0)) return std::numeric_limits<double>::infinity();
+  return (integrator == Integrator::euler ? kEulerPart : kHeunPart) / outcome.fastest;
 }
 
-void TimeStepper::euler(MotionState& state, double dt, Workspace& w) const {
-  parallel_for(state.position.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      if (!is_mobile(static_cast<int>(p))) continue;
-      state.velocity[p] += w.force[p] * (dt / model_.network.mass_g[p]);
-      state.position[p] += state.velocity[p] * dt;
+// Sizes, and all that a step leaves alone.
+void TimeStepper::prepare_target(const MotionState& from, MotionState& to) const {
+  to.position.resize(from.position.size());
+  to.velocity.resize(from.velocity.size());
+  to.relaxed.resize(from.relaxed.size());
+  for (const int p : fixed_) {
+    to.position[at(p)] = from.position[at(p)];
+    to.velocity[at(p)] = from.velocity[at(p)];
+  }
+}
+
+// Exact for a tension that stays as it is during the step, hence stable for every step.
+void TimeStepper::relax(const MotionState& from, MotionState& to, double dt,
+                        std::span<const double> elastic) const {
+  if (relaxing_.empty()) return;
+  std::array<double, kRelaxations> gained;
+  for (std::size_t i = 0; i < kRelaxations; ++i) gained[i] = -std::expm1(-dt / model_.relaxation[i].time_ms);
+  parallel_for(relaxing_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin; j < end; ++j) {
+      for (std::size_t i = 0; i < kRelaxations; ++i) {
+        const double q = from.relaxed[j][i];
+        to.relaxed[j][i] = q + gained[i] * (model_.relaxation[i].share * elastic[j] - q);
+      }
     }
   });
 }
 
-void TimeStepper::heun(MotionState& state, double dt, Workspace& w) const {
-  MotionState& ahead = w.ahead;
-  ahead = state;
-  for (std::size_t p = 0; p < state.position.size(); ++p) {
-    if (!is_mobile(static_cast<int>(p))) continue;
-    ahead.position[p] += state.velocity[p] * dt;
-    ahead.velocity[p] += w.force[p] * (dt / model_.network.mass_g[p]);
+TimeStepper::Outcome TimeStepper::euler(const MotionState& from, MotionState& to, double dt,
+                                        Workspace& w) const {
+  prepare_target(from, to);
+  const Outcome outcome = pass<Wants::stiffness>(
+      from, to, w, [&](int p, const Vec3& x, const Vec3& v, const Vec3& force, Outcome& o) {
+        const Vec3 faster = v + force * (dt / model_.network.mass_g[at(p)]), there = x + faster * dt;
+        to.velocity[at(p)] = faster;
+        to.position[at(p)] = there;
+        o.check_point(p, there, faster);
+      });
+  relax(from, to, dt, w.elastic);
+  return outcome;
+}
+
+// Heun's first half: an explicit Euler step to w.ahead.
+TimeStepper::Outcome TimeStepper::predict(const MotionState& from, double dt, Workspace& w) const {
+  prepare_target(from, w.ahead);
+  w.force.resize(from.position.size());
+  const Outcome outcome = pass<Wants::stiffness>(
+      from, w.ahead, w, [&](int p, const Vec3& x, const Vec3& v, const Vec3& force, Outcome&) {
+        w.force[at(p)] = force;
+        w.ahead.position[at(p)] = x + v * dt;
+        w.ahead.velocity[at(p)] = v + force * (dt / model_.network.mass_g[at(p)]);
+      });
+  relax(from, w.ahead, dt, w.elastic);
+  std::swap(w.elastic, w.elastic_before);
+  return outcome;
+}
+
+TimeStepper::Outcome TimeStepper::correct(const MotionState& from, MotionState& to, double dt,
+                                          Workspace& w) const {
+  prepare_target(from, to);
+  const auto move = [&](int p, const Vec3& x, const Vec3& v, const Vec3& force, Outcome& o) {
+    const Vec3& before = from.velocity[at(p)];
+    const Vec3 faster = before + (w.force[at(p)] + force) * (0.5 * dt / model_.network.mass_g[at(p)]);
+    const Vec3 there = from.position[at(p)] + (before + faster) * (0.5 * dt);
+    to.position[at(p)] = there;
+    to.velocity[at(p)] = faster;
+    o.check_point(p, there, faster);
+    o.error = std::max(o.error, std::max(distance(there, x), distance(faster, v) * dt));
+  };
+  const Outcome outcome = pass<Wants::forces>(w.ahead, to, w, move);
+  parallel_for(relaxing_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin; j < end; ++j) w.elastic[j] = 0.5 * (w.elastic[j] + w.elastic_before[j]);
+  });
+  relax(from, to, dt, w.elastic);
+  return outcome;
+}
+
+Result<void> TimeStepper::check_state(const MotionState& state) const {
+  const std::size_t points = model_.network.rest.size();
+  if (state.position.size() != points || state.velocity.size() != points ||
+      state.relaxed.size() != relaxing_.size()) {
+    return bad(
+        fmt::format("the state has {} positions, {} velocities and {} relaxed springs for {} points and {}",
+                    state.position.size(), state.velocity.size(), state.relaxed.size(), points,
+                    relaxing_.size()),
+        "Start from rest()");
   }
-  w.next_force.resize(w.force.size());
-  evaluate(ahead, w.next_force, w);
-  for (std::size_t p = 0; p < state.position.size(); ++p) {
-    if (!is_mobile(static_cast<int>(p))) continue;
-    state.position[p] += (state.velocity[p] + ahead.velocity[p]) * (0.5 * dt);
-    state.velocity[p] += (w.force[p] + w.next_force[p]) * (0.5 * dt / model_.network.mass_g[p]);
+  return {};
+}
+
+// The forces tell how far is stable, and the same pass moves the points: by the last stable step at first,
+// again where that was not the right one. Tissue changes its stiffness little within such a step, but a
+// barrier is met at once: where Heun's step ends within one that is too stiff for it, it is taken again.
+TimeStepper::SubStep TimeStepper::sub_step(const MotionState& from, MotionState& to, double left,
+                                           int most_parts, Integrator integrator, Workspace& w) const {
+  const bool is_euler = integrator == Integrator::euler;
+  const auto begin = [&](double dt) { return is_euler ? euler(from, to, dt, w) : predict(from, dt, w); };
+  const auto parts_of = [&](double stable) { return std::max(1.0, std::ceil(left / stable)); };
+  const double guess = w.guess_ms > 0 ? std::min<double>(most_parts, parts_of(w.guess_ms)) : 1.0;
+  SubStep s{guess, 0, begin(left / guess)};
+  s.coincident = s.outcome.coincident;
+  s.stable_ms = w.guess_ms = stable_step(s.outcome, integrator);
+  s.parts = parts_of(s.stable_ms);
+  if (s.parts != guess && s.parts <= most_parts) s.outcome = begin(left / s.parts);
+  while (!is_euler && s.parts <= most_parts) {
+    s.outcome = correct(from, to, left / s.parts, w);
+    const double met = parts_of(stable_step(s.outcome, integrator));
+    if (met <= s.parts) break;
+    s.parts = met;
+    if (s.parts <= most_parts) predict(from, left / s.parts, w);
   }
+  return s;
 }
 
 Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrator integrator,
                                      Context& context, Workspace& w) const {
   if (!(dt_ms > 0 && std::isfinite(dt_ms)))
     return bad(fmt::format("the time step is {} ms", dt_ms), "It must be above 0");
-  const std::size_t points = model_.network.rest.size();
-  if (state.position.size() != points || state.velocity.size() != points) {
-    return bad(fmt::format("the state has {} positions and {} velocities for {} points",
-                           state.position.size(), state.velocity.size(), points),
-               "Start from rest()");
-  }
-  MotionState& next = w.next;
-  next = state;
-  w.force.resize(points);
+  TURGOR_CHECK(check_state(state));
+  MotionState *from = &state, *to = &w.next, *other = &w.spare;
   StepReport report;
   report.sub_steps = 0;
-  for (double left = dt_ms; left > 0;) {
+  for (double left = dt_ms; left > 0; ++report.sub_steps) {
     TURGOR_CHECK(context.check());
-    const int coincident = evaluate(next, w.force, w);
-    const double stable = stable_step(next, integrator, w), parts = std::max(1.0, std::ceil(left / stable));
-    if (!(parts + report.sub_steps <= kMostSubSteps)) {
+    const int most_parts = kMostSubSteps - report.sub_steps;
+    const SubStep s = sub_step(*from, *to, left, most_parts, integrator, w);
+    if (!(s.parts <= most_parts)) {
       return bad(fmt::format("a step of {:g} ms would take more than {} stable steps of {:g} ms", dt_ms,
-                             kMostSubSteps, stable),
+                             kMostSubSteps, s.stable_ms),
                  "Make the springs softer, the masses larger, or the step shorter");
     }
-    if (report.sub_steps == 0) report.stable_step_ms = stable, report.coincident_springs = coincident;
-    const double dt = left / parts;
-    integrator == Integrator::euler ? euler(next, dt, w) : heun(next, dt, w);
+    if (s.outcome.is_gone()) return s.outcome.departure();
+    if (report.sub_steps == 0) report.stable_step_ms = s.stable_ms, report.coincident_springs = s.coincident;
+    left = s.parts > 1 ? left - left / s.parts : 0;
+    MotionState* const free = from == &state ? other : from;
+    from = to;
+    to = free;
+  }
+  from->time_ms = state.time_ms + dt_ms;
+  std::swap(state, *from);
+  return report;
+}
+
+Result<AdvanceReport> TimeStepper::advance(MotionState& state, double duration_ms, const StepControl& control,
+                                           Context& context, Workspace& w) const {
+  TURGOR_CHECK(check_control(duration_ms, control));
+  TURGOR_CHECK(check_state(state));
+  MotionState *from = &state, *to = &w.next, *other = &w.spare;
+  AdvanceReport report;
+  report.shortest_ms = std::numeric_limits<double>::infinity();
+  double wanted = std::min(control.longest_ms, duration_ms);
+  int tries = 0;
+  for (double left = duration_ms; left > 0; ++tries) {
+    TURGOR_CHECK(context.check());
+    const double parts = std::max(1.0, std::ceil(left / wanted)), dt = left / parts;
+    if (!(tries < kMostAdvances && wanted > 0)) {
+      return bad(fmt::format("{:g} ms would take more than {} steps", duration_ms, kMostAdvances),
+                 "Allow a larger error, make the springs softer, or the masses larger");
+    }
+    const double stable = stable_step(predict(*from, dt, w), Integrator::heun);
+    if (dt > stable) {
+      wanted = stable;
+      continue;
+    }
+    const Outcome outcome = correct(*from, *to, dt, w);
+    if (const double met = stable_step(outcome, Integrator::heun); dt > met) {  // in a barrier
+      wanted = met;
+      continue;
+    }
+    // The local error grows as the square of the step.
+    const double ratio = outcome.is_gone() ? 0.0 : std::sqrt(control.tolerance_mm / outcome.error);
+    const bool within = ratio >= 1, shortest = dt <= control.shortest_ms;
+    wanted = std::clamp(dt * std::clamp(0.9 * ratio, 0.2, 3.0), control.shortest_ms, control.longest_ms);
+    if (!within && !shortest) {
+      ++report.rejected;
+      continue;
+    }
+    if (outcome.is_gone()) return outcome.departure();
+    ++report.accepted;
+    if (!within) ++report.beyond_tolerance;
+    report.shortest_ms = std::min(report.shortest_ms, dt);
+    report.longest_ms = std::max(report.longest_ms, dt);
     left = parts > 1 ? left - dt : 0;
-    ++report.sub_steps;
+    MotionState* const free = from == &state ? other : from;
+    from = to;
+    to = free;
   }
-  const auto gone = std::find_if_not(next.position.begin(), next.position.end(), is_within_reach);
-  if (gone != next.position.end()) {
-    return bad(
-        fmt::format("point {} leaves for more than a thousand kilometres", gone - next.position.begin()),
-        "Make gravity or the forces on it smaller");
-  }
-  next.time_ms += dt_ms;
-  std::swap(state, next);
+  from->time_ms = state.time_ms + duration_ms;
+  std::swap(state, *from);
   return report;
 }
 

@@ -52,9 +52,9 @@ Result<void> check_springs(const SpringNetwork& network) {
       return broken(fmt::format("the stiffness of spring {} is {} N", i, s.stiffness_n),
                     "A stiffness must be a finite number of at least 0");
     }
-    if (s.law > SpringLaw::square) {
+    if (s.law > SpringLaw::collagen) {
       return broken(fmt::format("spring {} has the unknown law {}", i, static_cast<int>(s.law)),
-                    "The laws are linear, exponential, logarithmic and square");
+                    "The laws are linear, exponential, logarithmic, square and collagen");
     }
   }
   return {};

@@ -27,7 +27,7 @@ Line line_of_force(const Vec3& a, const Vec3& b) {
 
 template <SpringLaw law>
 SpringStiffness spring_stiffness(const Line& line, double rest, double k, double projection) {
-  const TensionSlope t = law_tension<law>(line.length, rest);
+  const auto t = law_tension<law>(line.length, rest);
   const double transverse = line.length > 0 ? k * t.tension / line.length : 0.0;
   return {line.direction, k * t.slope, transverse < 0 ? transverse * (1 - projection) : transverse};
 }
@@ -100,8 +100,7 @@ double NetworkEnergy::add_contacts(std::span<const Vec3> positions, std::span<Ve
 }
 
 void NetworkEnergy::split(const SpringNetwork& network) {
-  for (const SpringLaw law :
-       {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic, SpringLaw::square}) {
+  for (const SpringLaw law : kSpringLaws) {
     const int first = static_cast<int>(ends_.size());
     for (const Spring& s : network.springs) {
       if (s.law != law) continue;

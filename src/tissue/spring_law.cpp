@@ -79,6 +79,18 @@ double compression_integral<SpringLaw::square>(double s) {  // s − 2 ln(1 + s)
   return 4 * z * z * z * (1 / (1 - z * z) - artanh_tail(z));
 }
 
+// s³/(6w), then s²/2 − ws/2 + w²/6.
+template <>
+double stretch_integral<SpringLaw::collagen>(double s) {
+  constexpr double w = kCollagenRecruitment;
+  return s < w ? s * s * s / (6.0 * w) : 0.5 * s * (s - w) + w * w / 6.0;
+}
+
+template <>
+double compression_integral<SpringLaw::collagen>(double /*s*/) {
+  return 0;
+}
+
 // In closed form (Ei(1 + s) − Ei(1))/e − (e^s − 1)/(1 + s), which cancels near zero and needs the exponential
 // integral. The integrand is positive and analytic up to σ = −1, so twelve Gauss points per unit of strain
 // are exact to round-off.
@@ -99,7 +111,7 @@ double compression_integral<SpringLaw::exponential>(double s) {
 
 SpringResponse respond(const Spring& spring, double length_mm) {
   return with_law(spring.law, [&]<SpringLaw law>() {
-    const TensionSlope t = law_tension<law>(length_mm, spring.rest_length_mm);
+    const auto t = law_tension<law>(length_mm, spring.rest_length_mm);
     const double k = spring.stiffness_n;
     return SpringResponse{k * law_energy<law>(length_mm, spring.rest_length_mm), k * t.tension, k * t.slope};
   });

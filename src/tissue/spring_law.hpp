@@ -1,29 +1,46 @@
-// The four laws of Pieper (1989, section 3.2.1) as functions of strain, and the integrals that make them
-// energies.
+// The laws of Pieper (1989, section 3.2.1) and of collagen as functions of strain, for one spring or for
+// several side by side (Real is double or Lanes), and the integrals that make them energies.
 #pragma once
 
 #include <cmath>
 
+#include "math/lanes.hpp"
 #include "turgor/tissue/network.hpp"
 
 namespace turgor {
 
-/// f(s), the law itself.
-template <SpringLaw law>
-double law_value(double s) {
-  if constexpr (law == SpringLaw::linear) return s;
-  if constexpr (law == SpringLaw::exponential) return std::expm1(s);
-  if constexpr (law == SpringLaw::logarithmic) return std::log1p(s);
-  if constexpr (law == SpringLaw::square) return s * s;
+/// A function of the library, lane by lane.
+template <class Function>
+double each_lane(double x, Function function) {
+  return function(x);
+}
+template <class Function>
+Lanes each_lane(Lanes x, Function function) {
+  return Lanes{function(x[0]), function(x[1]), function(x[2]), function(x[3])};
 }
 
-/// f'(s).
-template <SpringLaw law>
-double law_slope(double s) {
-  if constexpr (law == SpringLaw::linear) return 1.0;
-  if constexpr (law == SpringLaw::exponential) return std::exp(s);
+/// f(s), the law itself.
+template <SpringLaw law, class Real>
+Real law_value(Real s) {
+  if constexpr (law == SpringLaw::exponential) return each_lane(s, [](double x) { return std::expm1(x); });
+  if constexpr (law == SpringLaw::logarithmic) return each_lane(s, [](double x) { return std::log1p(x); });
+  if constexpr (law == SpringLaw::square) return s * s;
+  if constexpr (law == SpringLaw::collagen) {
+    constexpr double w = kCollagenRecruitment;
+    return s < w ? s * s * (0.5 / w) : s - 0.5 * w;
+  }
+  return s;
+}
+
+/// f'(s) where f(s) is `value`.
+template <SpringLaw law, class Real>
+Real law_slope(Real s, Real value) {
+  if constexpr (law == SpringLaw::exponential) return 1.0 + value;
   if constexpr (law == SpringLaw::logarithmic) return 1.0 / (1.0 + s);
   if constexpr (law == SpringLaw::square) return 2.0 * s;
+  const Real one = Real{} + 1.0;
+  if constexpr (law == SpringLaw::collagen) return s < kCollagenRecruitment ? s / kCollagenRecruitment : one;
+  return one;
 }
 
 /// ∫₀ˢ f(σ) dσ: the energy of a stretched spring over k L0.
@@ -35,24 +52,29 @@ double stretch_integral(double s);
 template <SpringLaw law>
 double compression_integral(double s);
 
-/// Tension and dT/dL of the law with stiffness 1 at the length L, without branches so that loops over it
-/// vectorise.
+/// Tension and dT/dL of the law with stiffness 1 at the length L, without branches so that it runs on lanes.
+template <class Real>
 struct TensionSlope {
-  double tension, slope;
+  Real tension, slope;
 };
-template <SpringLaw law>
-TensionSlope law_tension(double length, double rest) {
+template <SpringLaw law, class Real>
+TensionSlope<Real> law_tension(Real length, Real rest) {
   // Beyond the strain limit the tension continues along its tangent: finite for every length.
-  const double reach = 1.0 + kStrainLimit;
-  const double low = rest / reach, high = rest * reach;
-  const double inside = length < low ? low : (length > high ? high : length);
-  const bool stretched = inside >= rest;
-  const double ratio = stretched ? inside / rest : rest / inside;
-  // (longer - shorter) / shorter, not ratio - 1: near rest the difference of lengths is exact.
-  const double s = stretched ? (inside - rest) / rest : (rest - inside) / inside;
-  const double f = law_value<law>(s), df = law_slope<law>(s);
-  const double slope = stretched ? df / rest : df * ratio * ratio / rest;  // ds/dL = −L0/L² = −ratio²/L0
-  return {(stretched ? f : -f) + slope * (length - inside), slope};
+  constexpr double reach = 1.0 + kStrainLimit;
+  const Real low = rest * (1.0 / reach), high = rest * reach;
+  const Real bounded = length < low ? low : length;
+  const Real inside = bounded > high ? high : bounded;
+  const auto stretched = inside >= rest;
+  // (longer - shorter) / shorter, not their ratio - 1: near rest the difference of lengths is exact.
+  const Real none = Real{}, one = none + 1.0;
+  const Real over_shorter = 1.0 / (stretched ? rest : inside);
+  const Real s = (stretched ? inside - rest : rest - inside) * over_shorter;
+  const Real f = law_value<law>(s), df = law_slope<law>(s, f) * over_shorter;
+  // Compressed, ds/dL = −L0/L². Collagen is slack there.
+  constexpr bool slack = law == SpringLaw::collagen;
+  const Real tension = stretched ? f : (slack ? none : -f);
+  const Real slope = df * (stretched ? one : (slack ? none : rest * over_shorter));
+  return {tension + slope * (length - inside), slope};
 }
 
 /// Energy over k; its derivative is law_tension().
@@ -65,7 +87,7 @@ double law_energy(double length, double rest) {
                                   : rest * compression_integral<law>((rest - inside) / inside);
   const double beyond = length - inside;
   if (beyond == 0.0) return e;
-  const TensionSlope edge = law_tension<law>(inside, rest);
+  const auto edge = law_tension<law>(inside, rest);
   return e + beyond * (edge.tension + 0.5 * edge.slope * beyond);
 }
 
@@ -79,6 +101,8 @@ decltype(auto) with_law(SpringLaw law, Body&& body) {
       return body.template operator()<SpringLaw::logarithmic>();
     case SpringLaw::square:
       return body.template operator()<SpringLaw::square>();
+    case SpringLaw::collagen:
+      return body.template operator()<SpringLaw::collagen>();
     case SpringLaw::linear:
       break;
   }

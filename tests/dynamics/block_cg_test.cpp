@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/lanes.hpp"
 #include "dynamics/point_clusters.hpp"
+#include "math/lanes.hpp"
 #include "support/layered_slab.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"

@@ -24,7 +24,7 @@ Shaken make_shaken(int nx, int ny, double amplitude_mm) {
   options.volumes = true;
   Shaken shaken{support::make_slab(options).network, {}};
   for (std::size_t i = 0; i < shaken.network.springs.size(); ++i) {
-    shaken.network.springs[i].law = static_cast<SpringLaw>(i % 4);
+    shaken.network.springs[i].law = kSpringLaws[i % kSpringLaws.size()];
   }
   for (VolumeElement& v : shaken.network.volumes) v.inversion_guard_mpa = 0.5;
   const RandomStream random(11);
@@ -161,7 +161,8 @@ TEST(NetworkEnergy, ProjectedElementsAloneAreSemiDefinite) {
     net.rest = x;
     net.mass_g.assign(4, 1);
     net.volumes.push_back({{0, 1, 2, 3}, 0.7, 1.0, seed % 2 == 0 ? 0.0 : 3.0});
-    net.springs.push_back({0, 1, 2.0, 1.0, static_cast<SpringLaw>(seed % 4), SpringKind::membrane});
+    net.springs.push_back({0, 1, 2.0, 1.0, kSpringLaws[static_cast<std::size_t>(seed) % kSpringLaws.size()],
+                           SpringKind::membrane});
     const NetworkEnergy energy = *NetworkEnergy::prepare(net);
     ElementStiffness k;
     energy.linearise(x, 1.0, k);

@@ -8,6 +8,7 @@
 namespace turgor {
 namespace {
 
+// Those that are the same for doubling and halving.
 constexpr std::array kLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic,
                               SpringLaw::square};
 constexpr std::array kStrains = {1e-7, 1e-4, 0.01, 0.1, 0.1999, 0.2001, 0.24,
@@ -27,6 +28,8 @@ double law_of(SpringLaw law, double s) {
       return std::log(s + 1);
     case SpringLaw::square:
       return s * s;
+    case SpringLaw::collagen:
+      return s < 0.1 ? 5 * s * s : s - 0.05;
   }
   return 0;
 }
@@ -126,6 +129,27 @@ TEST(SpringLaw, StaysFiniteSmoothAndMonotonicWhereTheStrainHasNoBound) {
     EXPECT_LT(respond(spring, 0).tension, respond(spring, 0.01).tension);
     EXPECT_GT(respond(spring, 1e5).tension, respond(spring, 1e4).tension);
   }
+}
+
+TEST(SpringLaw, CollagenIsSlackUntilItsRestLengthAndTakesUpEvenly) {
+  const Spring spring = make_spring(SpringLaw::collagen);
+  for (const double length : {0.0, 1e-300, 0.01, 1.5, 2.999999}) {
+    const SpringResponse r = respond(spring, length);
+    EXPECT_EQ(r.energy, 0);
+    EXPECT_EQ(r.tension, 0);
+    EXPECT_EQ(r.slope, 0);
+  }
+  for (const double s : kStrains) {
+    const double length = 3.0 * (1 + s), h = 1e-4 * 3.0 * s;
+    const SpringResponse low = respond(spring, length - h), high = respond(spring, length + h);
+    const SpringResponse r = respond(spring, length);
+    EXPECT_NEAR(r.tension / (0.7 * law_of(SpringLaw::collagen, s)), 1, 1e-8) << s;
+    EXPECT_NEAR(r.energy / work(spring, length), 1, 1e-7 + 1e-15 / s) << s;  // Simpson at the kink of f''
+    if (s < 1e-3) continue;
+    EXPECT_NEAR((high.energy - low.energy) / (2 * h) / r.tension, 1, 1e-5) << s;
+    EXPECT_NEAR((high.tension - low.tension) / (2 * h) / r.slope, 1, s == 0.1 ? 1e-4 : 1e-5) << s;
+  }
+  EXPECT_GT(respond(spring, 1e5).tension, respond(spring, 1e4).tension);
 }
 
 TEST(VolumeElement, StressIsTheSlopeOfTheEnergyAndRestoresAnInvertedElement) {

@@ -1,6 +1,8 @@
 // Point samples in motion: a spring network stepped through time (Pieper 1989, sections 3.2.1, 5.2 and 5.8).
 #pragma once
 
+#include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,28 +16,44 @@ namespace turgor {
 struct SpringMotion {
   double viscosity = 0;  ///< force against the rate of change of its length, N·ms/mm, ≥ 0
   double cutoff_mm = 0;  ///< where above 0: while longer than this the spring lets go
+  bool relaxes = false;  ///< its tension fades as MotionModel::relaxation tells
 };
+
+/// One term of a Prony series: `share` of a spring's elastic tension fades with the time constant `time_ms`.
+struct Relaxation {
+  double share = 0;    ///< 0 to 1; 0: unused
+  double time_ms = 1;  ///< > 0
+};
+inline constexpr std::size_t kRelaxations = 3;
 
 struct MotionModel {
   SpringNetwork network;              ///< mobile points need a mass above 0
-  std::vector<SpringMotion> springs;  ///< one for each spring, or none at all: neither viscous nor cut off
+  std::vector<SpringMotion> springs;  ///< one for each spring, or none at all: only their laws
   std::vector<char> mobile;           ///< one for each point, or none at all: every point may move
   Vec3 gravity_mm_ms2;                ///< acceleration: (0, 0, −0.00980665) on earth
   double damping_g_ms = 0;            ///< force against the velocity of a point, ≥ 0
-  std::vector<Barrier> barriers;      ///< each acts on every mobile point
+  std::vector<Barrier> barriers;
+  /// Quasi-linear viscoelasticity (Fung 1993, section 7.6) of the springs that relax: tension T = Tₑ − Σ qᵢ
+  /// of the elastic one Tₑ, with dqᵢ/dt = (gᵢ Tₑ − qᵢ)/τᵢ. Held at a length, T = Tₑ (1 − Σ gᵢ (1 −
+  /// e^(−t/τᵢ))). The shares gᵢ add up to less than 1.
+  std::array<Relaxation, kRelaxations> relaxation{};
 };
 
 struct MotionState {
   std::vector<Vec3> position, velocity;  ///< mm, mm/ms; one for each point
   double time_ms = 0;
+  /// q of the springs that relax, in the order of the network and counted as the spring acts on its ends, N;
+  /// empty where none does.
+  std::vector<std::array<double, kRelaxations>> relaxed = {};
 };
 
 enum class Integrator : std::uint8_t {
   /// v += a dt, then x += v dt with the velocity just found (section 3.2.1 leaves open which; with the old
-  /// one an
-  /// undamped spring gains energy in every step). First order.
+  /// one an undamped spring gains energy in every step). First order.
   euler,
-  /// Forces and velocities averaged between both ends of an Euler step with the old velocity. Second order.
+  /// Forces averaged between both ends of an Euler step with the old velocity, then velocities between the
+  /// old and the new one (Heun averages the old one and Euler's: with it an undamped spring gains energy in
+  /// every step). Second order.
   heun,
 };
 
@@ -45,38 +63,72 @@ struct StepReport {
   int coincident_springs = 0;  ///< without direction, hence without force, at the start
 };
 
+/// How advance() chooses its steps.
+struct StepControl {
+  double tolerance_mm = 1e-3;  ///< > 0, error of one step: of a position, and of a velocity times the step
+  double shortest_ms = 1e-6;   ///< > 0; at it a step counts whatever its error
+  double longest_ms = 1e9;     ///< ≥ shortest
+};
+
+struct AdvanceReport {
+  int accepted = 0, rejected = 0;
+  int beyond_tolerance = 0;                ///< of those accepted: no shorter step was allowed
+  double shortest_ms = 0, longest_ms = 0;  ///< of the steps accepted
+};
+
+class NetworkBlocks;
+
 /// A spring's force acts by half on either end where both are mobile, whole where the other is fixed, not at
 /// all where both are (section 3.2.1): as if such springs had half their stiffness and viscosity.
-/// Deterministic, and the same bits on any number of threads.
+/// Deterministic, and the same bits on any number of threads. Const members may be called from several
+/// threads, with workspaces of their own.
 class TimeStepper {
  public:
-  /// Memory of a step, kept by the caller so that repeated steps allocate nothing.
+  /// Memory of a step, kept by the caller so that repeated steps allocate nothing of size. What it holds does
+  /// not change results.
   struct Workspace {
-    std::vector<Vec3> spring_force, volume_force;
-    std::vector<double> spring_slope;
-    std::vector<Vec3> force, next_force;
-    MotionState next, ahead;
+    struct alignas(32) Quad {
+      double v[4];
+    };
+    std::vector<std::vector<Quad>> scratch;  // for each run of blocks
+    std::vector<double> elastic, offset;     // for each spring that relaxes: Tₑ and Σ q
+    std::vector<double> elastic_before;
+    std::vector<Vec3> force;
+    MotionState next, spare, ahead;
+    double guess_ms = 0;  // the last stable step
   };
 
   /// Errors: an invalid network or barrier; numbers out of range; a mobile point without mass.
   static Result<TimeStepper> prepare(MotionModel model);
+  TimeStepper(TimeStepper&&) noexcept;
+  TimeStepper& operator=(TimeStepper&&) noexcept;
+  ~TimeStepper();
 
   [[nodiscard]] const MotionModel& model() const { return model_; }
-  /// At rest in the network's rest positions.
+  /// Drives a muscle fibre: a new rest length for model().network.springs[spring], between steps.
+  /// Errors: no such spring; a length that is not a finite number above 0.
+  Result<void> set_rest_length(int spring, double rest_length_mm);
+  /// Moves obstacles between steps. Errors: those of validate(), a point that is not there; then nothing
+  /// changes.
+  Result<void> set_barriers(std::vector<Barrier> barriers);
+  /// At rest in the network's rest positions, nothing relaxed.
   [[nodiscard]] MotionState rest() const;
 
-  /// Potential energy of springs, volumes, gravity and barriers, N·mm.
+  /// Potential energy of springs, volumes, gravity and barriers, N·mm; of springs that relax as if they did
+  /// not.
   [[nodiscard]] double potential(std::span<const Vec3> position) const;
   [[nodiscard]] double kinetic(std::span<const Vec3> velocity) const;
   /// Fills `forces` with all forces on each point, N; zero on fixed ones. Returns springs without direction.
   int forces(const MotionState& state, std::span<Vec3> forces) const;
 
-  /// The longest step that is stable at `state`: (2/ω)(√(1 + ζ²) − ζ) of the stiffest point, its frequency ω
-  /// and damping ratio ζ bounded by Gershgorin's theorem, times a margin for the integrator.
+  /// The longest step taken at `state`, unless it ends in a barrier that is stiffer: a part of
+  /// (2/ω)(√(1 + ζ²) − ζ) of the stiffest point, its frequency ω and damping ratio ζ bounded by Gershgorin's
+  /// theorem; of Euler 0.7, of Heun 0.5, a third of these in barriers.
   [[nodiscard]] double stable_step_ms(const MotionState& state, Integrator integrator) const;
 
   /// Steps by `dt_ms` > 0, in sub-steps where that is more than is stable. On error the state is as it was.
-  /// Errors: more than 100,000 sub-steps; positions beyond a thousand kilometres; cancelled.
+  /// Errors: a state of another size; more than 100,000 sub-steps; positions beyond a thousand kilometres;
+  /// cancelled.
   Result<StepReport> step(MotionState& state, double dt_ms, Integrator integrator, Context& context,
                           Workspace& workspace) const;
   Result<StepReport> step(MotionState& state, double dt_ms, Integrator integrator, Context& context) const {
@@ -84,25 +136,52 @@ class TimeStepper {
     return step(state, dt_ms, integrator, context, workspace);
   }
 
+  /// Moves on by `duration_ms` > 0 in Heun steps as long as the difference to the Euler step within each
+  /// allows, never longer than is stable. Errors: those of step(); a control out of range; more than a
+  /// million steps.
+  Result<AdvanceReport> advance(MotionState& state, double duration_ms, const StepControl& control,
+                                Context& context, Workspace& workspace) const;
+  Result<AdvanceReport> advance(MotionState& state, double duration_ms, const StepControl& control,
+                                Context& context) const {
+    Workspace workspace;
+    return advance(state, duration_ms, control, context, workspace);
+  }
+
  private:
-  // Springs of one law side by side; both ends' share of the force is in the stiffness.
-  struct Springs {
-    std::vector<int> a, b;
-    std::vector<double> rest_length, stiffness, viscosity, cutoff;
-    std::vector<int> first_of_law;  // five
+  struct Relaxing {
+    int spring;
+    double share;  // of its force that acts on an end
   };
+  struct Outcome;  // of a pass over all points
+  struct SubStep;
 
   explicit TimeStepper(MotionModel model);
-  void lay_out();
   [[nodiscard]] bool is_mobile(int point) const { return model_.mobile.empty() || model_.mobile[point] != 0; }
-  int evaluate(const MotionState& state, std::span<Vec3> forces, Workspace& w) const;
-  [[nodiscard]] double stable_step(const MotionState& state, Integrator integrator, Workspace& w) const;
-  void euler(MotionState& state, double dt, Workspace& w) const;
-  void heun(MotionState& state, double dt, Workspace& w) const;
+  void assign_barriers();
+  [[nodiscard]] double acting_share(const Spring& spring) const;
+  [[nodiscard]] double spring_energy(std::size_t spring, std::span<const Vec3> position) const;
+  template <class Visit>
+  void visit_barriers(int point, Visit&& visit) const;
+  void add_relaxation(const MotionState& state, Workspace& w) const;
+  template <auto wants, class Move>
+  Outcome pass(const MotionState& state, const MotionState& target, Workspace& w, Move&& move) const;
+  void prepare_target(const MotionState& from, MotionState& to) const;
+  void relax(const MotionState& from, MotionState& to, double dt, std::span<const double> elastic) const;
+  Outcome euler(const MotionState& from, MotionState& to, double dt, Workspace& w) const;
+  Outcome predict(const MotionState& from, double dt, Workspace& w) const;
+  Outcome correct(const MotionState& from, MotionState& to, double dt, Workspace& w) const;
+  SubStep sub_step(const MotionState& from, MotionState& to, double left, int most_parts,
+                   Integrator integrator, Workspace& w) const;
+  [[nodiscard]] double stable_step(const Outcome& outcome, Integrator integrator) const;
+  [[nodiscard]] Result<void> check_state(const MotionState& state) const;
 
   MotionModel model_;
-  Springs springs_;
-  NetworkEnergy::Incidence spring_incidence_, volume_incidence_;
+  std::unique_ptr<NetworkBlocks> blocks_;
+  std::vector<int> fixed_;
+  std::vector<double> decay_;  // for each point: half its damping over its mass, at most
+  std::vector<Relaxing> relaxing_;
+  std::vector<int> everywhere_;      // barriers that act on all mobile points
+  NetworkEnergy::Incidence listed_;  // the other barriers of each point
 };
 
 }  // namespace turgor

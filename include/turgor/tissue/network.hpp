@@ -11,8 +11,15 @@
 
 namespace turgor {
 
-/// f(s) of strain s = max(L, L0) / min(L, L0) - 1 ≥ 0 (Pieper 1989, section 3.2.1).
-enum class SpringLaw : std::uint8_t { linear, exponential, logarithmic, square };
+/// f(s) of strain s = max(L, L0) / min(L, L0) - 1 ≥ 0 (Pieper 1989, section 3.2.1), and `collagen`, which
+/// carries no compression: crimped fibres that straighten evenly between the strains 0 and w =
+/// kCollagenRecruitment, f(s) = s²/(2w), and all carry beyond, f(s) = s − w/2. In parallel with a linear
+/// spring of shorter rest length, elastin, it gives the J-shaped law of skin (the thesis, figure 2-1).
+enum class SpringLaw : std::uint8_t { linear, exponential, logarithmic, square, collagen };
+
+inline constexpr std::array kSpringLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic,
+                                           SpringLaw::square, SpringLaw::collagen};
+inline constexpr double kCollagenRecruitment = 0.1;
 
 /// Where in layered tissue a spring lies (Pieper 1989, section 5.6).
 enum class SpringKind : std::uint8_t { membrane, plate, vertical, diagonal, suture, fibre };
