@@ -1,11 +1,14 @@
 // From a scan to a head and its landmarks, on the real scan of the Debian package invesalius-examples where
-// it is installed. The argument is the number of threads; the counters give the seconds of each stage.
+// it is installed; flesh over a grid of 100 000 columns. The argument is the number of threads; the counters
+// give the seconds of each stage.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
 
+#include "../tests/support/grid_surface.hpp"
+#include "turgor/anatomy/flesh.hpp"
 #include "turgor/anatomy/head.hpp"
 #include "turgor/core/parallel.hpp"
 
@@ -56,6 +59,39 @@ void FindLandmarks(benchmark::State& state) {
   set_thread_count(0);
 }
 BENCHMARK(FindLandmarks)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void FleshNetworkOfAGrid(benchmark::State& state) {
+  set_thread_count(static_cast<int>(state.range(0)));
+  FleshOptions options;
+  if (state.range(1) != 0) options.volume_modulus_mpa = 0.1;
+  const auto flesh = flesh_out(support::make_grid(400, 250), options);
+  for (auto _ : state) {
+    auto network = make_network(*flesh);
+    benchmark::DoNotOptimize(network);
+    state.counters["springs"] = static_cast<double>(network->network.springs.size());
+  }
+  set_thread_count(0);
+}
+BENCHMARK(FleshNetworkOfAGrid)
+    ->ArgNames({"threads", "volumes"})
+    ->ArgsProduct({{1, 2}, {0, 1}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+// A tenth of 200 000 triangles is split and joined again.
+void AdaptFlesh(benchmark::State& state) {
+  set_thread_count(static_cast<int>(state.range(0)));
+  AdaptiveFlesh adaptive(*flesh_out(support::make_grid(400, 250), {}));
+  for (auto _ : state) {
+    std::vector<double> measure(adaptive.flesh().surface.ends.size(), 0);
+    std::fill_n(measure.begin(), 20'000, 1.0);
+    benchmark::DoNotOptimize(adaptive.adapt(measure, {}));
+    measure.assign(adaptive.flesh().surface.ends.size(), 0);
+    benchmark::DoNotOptimize(adaptive.adapt(measure, {}));
+  }
+  set_thread_count(0);
+}
+BENCHMARK(AdaptFlesh)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace turgor

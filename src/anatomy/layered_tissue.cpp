@@ -7,15 +7,12 @@
 #include <span>
 
 #include "tissue_region.hpp"
+#include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/surface_query.hpp"
 
 namespace turgor {
 namespace {
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Area-weighted mean of the triangles that `accept` takes; nothing where there are none.
 template <class Accept>
