@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor {
 namespace {
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Bone that has passed the skin is looked for so far outside it.
 constexpr double kOutsideMm = 25.0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "turgor/core/index.hpp"
 #include "turgor/geometry/embedding.hpp"
 #include "world/bone_contact.hpp"
 #include "world/skin_check.hpp"
@@ -12,10 +13,6 @@
 
 namespace turgor {
 namespace {
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 // Carries the movement of the tissue's skin to the points of the full skin and to landmarks.
 class SkinCarrier {

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 
+#include "turgor/core/index.hpp"
 #include "turgor/geometry/surface_query.hpp"
 #include "world/bone_contact.hpp"
 
 namespace turgor {
 namespace {
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 double stretch(const LayeredTissue& tissue, const std::vector<Vec3>& points, Vec3* where) {
   double greatest = 1;

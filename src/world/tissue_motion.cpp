@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "turgor/core/index.hpp"
 #include "world/bone_contact.hpp"
 
 namespace turgor {
 namespace {
-
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// What holds a column.
 struct Hold {
