@@ -1,9 +1,11 @@
-// Pictures of a head-sized skin of about 200,000 triangles, as in the reports.
+// Pictures of a head-sized skin of about 200,000 triangles, as in the reports, and of a scene, as in movies.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
 
+#include "../tests/render/draped_scene.hpp"
 #include "turgor/render/ray_tracer.hpp"
+#include "turgor/render/scene_pictures.hpp"
 
 namespace turgor {
 namespace {
@@ -95,6 +97,24 @@ void EncodePng(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(encode_png(*image));
 }
 BENCHMARK(EncodePng)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+
+/// A frame of a movie: tissue of some 500 points a layer with its springs as lines, on a floor.
+void SceneFrame(benchmark::State& state) {
+  Scene scene;
+  Context context;
+  ScenePictureOptions options;
+  options.samples = 4;
+  if (!render_tests::add_draped_scene(scene, 23, 2)) state.SkipWithError("the scene cannot be built");
+  scene.screen.viewports[0].stereo = state.range(0) != 0;
+  for (auto _ : state) benchmark::DoNotOptimize(draw_screen(scene, options, context));
+}
+BENCHMARK(SceneFrame)
+    ->ArgName("stereo")
+    ->Arg(0)
+    ->Arg(1)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace turgor

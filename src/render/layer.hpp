@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "render/pixel_array.hpp"
@@ -17,14 +18,17 @@ namespace turgor::render_detail {
 struct Layer {
   std::vector<std::uint32_t> surfaces;  ///< numbers in the renderer's list, by number in the scene
   RayScene scene;
+  std::optional<RayScene> casters;  ///< what casts shadows, where that is not all
   bool translucent = false;
   Vec3f lower, upper;  ///< box of its points
+
+  [[nodiscard]] const RayScene& shadow_scene() const { return casters ? *casters : scene; }
 };
 
 /// The camera in the renderer's own coordinates.
 struct PictureCamera {
   CameraFrame frame;  ///< eye relative to the renderer's origin
-  StudioLights lights;
+  Lights lights;
   int width = 0, height = 0;
   double start = 0;    ///< camera rays begin here, mm from the eye: just before the bodies
   float pixel_mm = 1;  ///< size of a pixel at the bodies' centre

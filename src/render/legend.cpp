@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "render/canvas.hpp"
+#include "render/scale.hpp"
 #include "turgor/render/annotate.hpp"
 
 namespace turgor {
@@ -12,24 +13,6 @@ namespace turgor {
 using namespace render_detail;
 
 namespace {
-
-/// 1, 2 or 5 times a power of ten, so that about `count` steps cover `range`.
-double round_step(double range, int count) {
-  const double rough = range / count, power = std::pow(10.0, std::floor(std::log10(rough)));
-  const double lead = rough / power;
-  return (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10) * power;
-}
-
-int decimals_of(double step) {
-  return std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 9);
-}
-
-/// Minus zero and the hyphen are typographer's sins on a scale.
-std::string number(double value, int decimals) {
-  std::string text = fmt::format("{:.{}f}", std::abs(value), decimals);
-  const bool zero = text.find_first_of("123456789") == std::string::npos;
-  return value < 0 && !zero ? "−" + text : text;
-}
 
 struct Tick {
   double value;

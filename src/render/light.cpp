@@ -23,7 +23,7 @@ void for_each_row(const Window& window, Context& context, Body&& body) {
 
 /// How much b tells about the light at a: near 1 on the same smooth piece of surface, 0 across edges.
 float likeness(const Surfel& a, const Surfel& b, float tolerance_mm) {
-  if (!b.seen()) return 0;
+  if (!b.takes_light()) return 0;
   const float off_plane = std::abs(dot(a.normal, b.position - a.position)) / tolerance_mm;
   const float facing = dot(a.normal, b.normal);
   if (off_plane >= 1 || facing <= 0) return 0;
@@ -40,7 +40,7 @@ void filter_line(const PictureCamera& camera, const LayerPicture& picture, int d
   for_each_row(w, context, [&](int y) {
     for (int x = w.x0; x < w.x1; ++x) {
       const Surfel& centre = picture.surfels[w.index(x, y)];
-      if (!centre.seen()) continue;
+      if (!centre.takes_light()) continue;
       Exposure sum;
       float total = 0;
       for (int k = -3; k <= 3; ++k) {
@@ -97,7 +97,7 @@ PixelArray<ScatterKey> scatter_keys(const LayerPicture& picture, Context& contex
     for (int x = w.x0; x < w.x1; ++x) {
       const std::size_t at = w.index(x, y);
       const Surfel& s = picture.surfels[at];
-      if (s.seen()) keys[at] = {s.depth, 2 * s.surface + (s.back ? 1u : 0u)};
+      if (s.takes_light()) keys[at] = {s.depth, 2 * s.surface + (s.back ? 1u : 0u)};
     }
   });
   return keys;
@@ -151,17 +151,17 @@ void light_surfels(const std::vector<Surface>& surfaces, const PictureCamera& ca
     for (int x = w.x0; x < w.x1; ++x) {
       const std::size_t at = w.index(x, y);
       const Surfel& s = picture.surfels[at];
-      if (s.seen())
+      if (s.takes_light())
         picture.irradiance[at] =
             irradiance(s, surfaces[s.surface].material, picture.exposure[at], camera.lights);
     }
   });
-  std::vector<ScatterKernel> kernels;
+  std::vector<ScatterKernel> kernels(static_cast<std::size_t>(MaterialKind::line) + 1);
   bool any = false;
-  for (const auto kind : {MaterialKind::skin, MaterialKind::bone, MaterialKind::teeth, MaterialKind::mucosa,
-                          MaterialKind::plain}) {
-    kernels.push_back(scatter_kernel(kind, camera.pixel_mm));
-    any = any || kernels.back().stride > 0;
+  for (const Surface& s : surfaces) {
+    ScatterKernel& kernel = kernels[static_cast<std::size_t>(s.material.kind)];
+    kernel = scatter_kernel(s.material.kind, camera.pixel_mm);
+    any = any || kernel.stride > 0;
   }
   if (!any) return;
   PixelArray<Vec3f> half(picture.irradiance.size());

@@ -155,8 +155,7 @@ Image side_by_side(const std::vector<Image>& images, const std::vector<std::stri
     const int x = static_cast<int>(i) % columns * width, y = static_cast<int>(i) / columns * cell;
     paste(out, images[i], x + (width - images[i].width) / 2, y + (height - images[i].height) / 2);
     if (i >= captions.size()) continue;
-    const float light = 0.2126f * background.x + 0.7152f * background.y + 0.0722f * background.z;
-    const Vec3f ink = light > 0.2f ? Vec3f{0, 0, 0} : white;
+    const Vec3f ink = luminance(background) > 0.2f ? Vec3f{0, 0, 0} : white;
     draw_text(out, x + (width - text_width(captions[i], size)) / 2, y + height + size / 2, size, captions[i],
               ink);
   }

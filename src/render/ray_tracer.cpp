@@ -37,7 +37,13 @@ Result<void> check_options(const RenderOptions& options) {
                "Use sides from 1 to 16384 and at most 40 million pixels");
   if (options.samples < 1 || options.samples > 4096)
     return bad(std::to_string(options.samples) + " samples a pixel are outside 1 to 4096", "Use 16 or so");
+  if (options.light_rays < 0 || options.light_rays > 256)
+    return bad(std::to_string(options.light_rays) + " light rays a pixel are outside 0 to 256", "Use 0");
   if (!is_finite(options.background)) return bad("the background is not a finite colour", "Give linear RGB");
+  for (const DirectionalLight& light : options.lights)
+    if (!is_finite(light.colour) || !is_finite(normalized(light.shines_along)) ||
+        !(length(normalized(light.shines_along)) > 0.5))
+      return bad("a light's direction or colour is not usable", "Give a direction and linear RGB");
   return {};
 }
 
@@ -52,18 +58,22 @@ Box3 box_of(const std::vector<Body>& bodies) {
 
 Result<Layer> make_layer(const std::vector<Surface>& surfaces, std::vector<std::uint32_t> members,
                          bool translucent) {
-  std::vector<SceneSurface> parts;
+  std::vector<SceneSurface> parts, casters;
   Vec3f lower{0, 0, 0}, upper{0, 0, 0};
   bool first = true;
   for (const std::uint32_t m : members) {
     parts.push_back({&surfaces[m].points, &surfaces[m].triangles});
+    if (!self_lit(surfaces[m].material.kind)) casters.push_back(parts.back());
     for (const Vec3f& p : surfaces[m].points) {
       if (first) lower = upper = p, first = false;
       for (int k = 0; k < 3; ++k) lower[k] = std::min(lower[k], p[k]), upper[k] = std::max(upper[k], p[k]);
     }
   }
   TURGOR_TRY(RayScene scene, RayScene::build(parts));
-  return Layer{std::move(members), std::move(scene), translucent, lower, upper};
+  Layer layer{std::move(members), std::move(scene), std::nullopt, translucent, lower, upper};
+  if (casters.size() == parts.size()) return layer;
+  TURGOR_TRY(layer.casters, RayScene::build(casters));
+  return layer;
 }
 
 PictureCamera picture_camera(const CameraFrame& frame, const Vec3& origin, double radius,
@@ -71,7 +81,7 @@ PictureCamera picture_camera(const CameraFrame& frame, const Vec3& origin, doubl
   PictureCamera camera;
   camera.frame = frame;
   camera.frame.eye = frame.eye - origin;
-  camera.lights = StudioLights::for_camera(frame);
+  camera.lights = options.lights.empty() ? Lights::studio(frame) : Lights::of_scene(frame, options.lights);
   camera.width = options.width;
   camera.height = options.height;
   const double ahead = -dot(camera.frame.eye, frame.forward);  // depth of the bodies' centre
@@ -140,7 +150,9 @@ Result<Image> Renderer::render(const CameraView& view, const RenderOptions& opti
   TURGOR_TRY(const CameraFrame frame, camera_frame(view));
   const PictureCamera camera = picture_camera(frame, impl_->origin, impl_->radius, options);
   LightSampling sampling;
-  sampling.per_pixel = std::clamp(std::bit_floor(static_cast<std::uint32_t>(options.samples) / 8), 1u, 256u);
+  const auto rays =
+      static_cast<std::uint32_t>(options.light_rays > 0 ? options.light_rays : options.samples / 8);
+  sampling.per_pixel = std::clamp(std::bit_floor(rays), 1u, 256u);
   sampling.seed = options.seed;
 
   std::vector<LayerPicture> pictures(impl_->layers.size());

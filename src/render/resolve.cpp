@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"
@@ -89,12 +90,13 @@ void light_between(const ResolveInput& in, std::size_t layer, const Surfel& s, i
   const Window& w = picture.window;
   float total = 0;
   light = {}, exposure = {};
+  if (s.self_lit) return;
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
       if (!w.contains(x + dx, y + dy)) continue;
       const std::size_t at = w.index(x + dx, y + dy);
       const Surfel& c = picture.surfels[at];
-      if (!c.seen() || c.surface != s.surface || c.back != s.back) continue;
+      if (!c.takes_light() || c.surface != s.surface || c.back != s.back) continue;
       const float facing = dot(s.normal, c.normal);
       const Vec3f step = c.position - s.position;
       const float off_plane = std::max(std::abs(dot(step, s.normal)), std::abs(dot(step, c.normal)));
@@ -123,18 +125,17 @@ struct PixelRays {
   std::array<Sample2, lanes> at{};  ///< within the pixel
 };
 
-PixelRays pixel_rays(const ResolveInput& in, int x, int y, int first, int count) {
-  PixelRays out;
+/// `count` of a pixel's rays, from sample `first` on, in the lanes from `lane` on.
+void add_rays(const ResolveInput& in, int x, int y, int first, int count, int lane, PixelRays& out) {
   const RandomStream random(in.options.seed,
                             static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint32_t>(x));
   const auto u = static_cast<std::uint32_t>(random.bits(0)), v = static_cast<std::uint32_t>(random.bits(1));
   for (int i = 0; i < count; ++i) {
     const Sample2 s = net_point(static_cast<std::uint32_t>(first + i), u, v);
     const auto ray = in.camera.ray(x + static_cast<double>(s.u), y + static_cast<double>(s.v));
-    out.rays.set(i, ray.origin, ray.direction, 0, infinity);
-    out.at[static_cast<std::size_t>(i)] = s;
+    out.rays.set(lane + i, ray.origin, ray.direction, 0, infinity);
+    out.at[static_cast<std::size_t>(lane + i)] = s;
   }
-  return out;
 }
 
 /// What one of the pixel's rays meets in every layer.
@@ -159,24 +160,11 @@ void sample_fragments(const ResolveInput& in, int x, int y, const PixelRays& pix
   }
 }
 
-/// Mean of `options.samples` rays through the pixel.
-Vec3f edge_pixel(const ResolveInput& in, int x, int y, const Vec3f& background) {
-  Vec3f sum{};
-  std::vector<Fragment> fragments;
-  std::vector<HitPacket> hits(in.layers.size());
-  for (int first = 0; first < in.options.samples; first += lanes) {
-    const int count = std::min(lanes, in.options.samples - first);
-    const PixelRays pixel = pixel_rays(in, x, y, first, count);
-    for (std::size_t l = 0; l < in.layers.size(); ++l) {
-      hits[l].surface.fill(no_hit);
-      if (!in.layers[l].surfaces.empty()) in.layers[l].scene.intersect(pixel.rays, hits[l], true);
-    }
-    for (int i = 0; i < count; ++i) {
-      sample_fragments(in, x, y, pixel, hits, i, first + i, fragments);
-      sum += composite(fragments, background);
-    }
+void trace(const ResolveInput& in, const PixelRays& pixels, std::vector<HitPacket>& hits) {
+  for (std::size_t l = 0; l < in.layers.size(); ++l) {
+    hits[l].surface.fill(no_hit);
+    if (!in.layers[l].surfaces.empty()) in.layers[l].scene.intersect(pixels.rays, hits[l], true);
   }
-  return sum / static_cast<float>(in.options.samples);
 }
 
 Vec3f centre_pixel(const ResolveInput& in, int x, int y, const Vec3f& background,
@@ -188,7 +176,7 @@ Vec3f centre_pixel(const ResolveInput& in, int x, int y, const Vec3f& background
     const LayerPicture& p = in.pictures[l];
     if (!p.window.contains(x, y)) continue;
     const std::size_t at = p.window.index(x, y);
-    if (!p.surfels[at].seen()) continue;
+    if (!p.surfels[at].hit() || p.surfels[at].concealed) continue;
     fragments[l] = shade(in, in.layers[l], p.surfels[at], p.irradiance[at], p.exposure[at], direction);
     any = true;
   }
@@ -226,6 +214,42 @@ void store(const Vec3f& c, const RenderOptions& options, int x, int y, Image& im
   for (int k = 0; k < 3; ++k) image.rgb[at + static_cast<std::size_t>(k)] = encode_srgb(c[k] + dither);
 }
 
+/// What is drawn of a row, and the pixels in it that need more rays.
+struct Row {
+  std::vector<Fragment> fragments;
+  std::vector<int> edges;
+};
+
+/// Pixels of row y, each the mean of `options.samples` rays through it. As many pixels as a packet has room
+/// for are traced side by side.
+void edge_pixels(const ResolveInput& in, int y, Row& row, Image& image) {
+  const int samples = in.options.samples;
+  const auto share = static_cast<std::size_t>(std::max(1, lanes / samples));
+  std::vector<HitPacket> hits(in.layers.size());
+  for (std::size_t begin = 0; begin < row.edges.size(); begin += share) {
+    const std::span group = std::span(row.edges).subspan(begin, std::min(share, row.edges.size() - begin));
+    std::array<Vec3f, lanes> sum{};
+    for (int first = 0; first < samples; first += lanes) {
+      const int count = std::min(lanes, samples - first);
+      PixelRays pixels;
+      for (int lane = 0; const int x : group) add_rays(in, x, y, first, count, lane, pixels), lane += count;
+      trace(in, pixels, hits);
+      for (std::size_t k = 0; k < group.size(); ++k) {
+        const Vec3f background = background_at(in.options, group[k], y);
+        for (int i = 0; i < count; ++i) {
+          const int lane = static_cast<int>(k) * count + i;
+          sample_fragments(in, group[k], y, pixels, hits, lane, first + i, row.fragments);
+          sum[k] += composite(row.fragments, background);
+        }
+      }
+    }
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const Vec3f mean = sum[k] / static_cast<float>(samples);
+      store(with_outlines(in, group[k], y, mean), in.options, group[k], y, image);
+    }
+  }
+}
+
 bool near_any_layer(const ResolveInput& in, int x, int y) {
   constexpr int rim = 3;  // the reach of edges and outlines
   return std::any_of(in.pictures.begin(), in.pictures.end(), [&](const LayerPicture& p) {
@@ -234,15 +258,22 @@ bool near_any_layer(const ResolveInput& in, int x, int y) {
   });
 }
 
-Vec3f pixel_colour(const ResolveInput& in, int x, int y, std::vector<Fragment>& fragments) {
-  const Vec3f background = background_at(in.options, x, y);
-  if (!near_any_layer(in, x, y)) return background;
-  const bool edge = std::any_of(in.pictures.begin(), in.pictures.end(), [&](const LayerPicture& p) {
-    return needs_more_rays(p, x, y, in.camera.pixel_mm);
-  });
-  const Vec3f colour =
-      edge ? edge_pixel(in, x, y, background) : centre_pixel(in, x, y, background, fragments);
-  return with_outlines(in, x, y, colour);
+void draw_row(const ResolveInput& in, int y, Row& row, Image& image) {
+  row.edges.clear();
+  for (int x = 0; x < image.width; ++x) {
+    const Vec3f background = background_at(in.options, x, y);
+    if (!near_any_layer(in, x, y)) {
+      store(background, in.options, x, y, image);
+    } else if (std::any_of(in.pictures.begin(), in.pictures.end(), [&](const LayerPicture& p) {
+                 return needs_more_rays(p, x, y, in.camera.pixel_mm);
+               })) {
+      row.edges.push_back(x);
+    } else {
+      const Vec3f colour = centre_pixel(in, x, y, background, row.fragments);
+      store(with_outlines(in, x, y, colour), in.options, x, y, image);
+    }
+  }
+  edge_pixels(in, y, row, image);
 }
 
 }  // namespace
@@ -250,10 +281,10 @@ Vec3f pixel_colour(const ResolveInput& in, int x, int y, std::vector<Fragment>& 
 void resolve(const ResolveInput& in, Image& image, Context& context) {
   const auto rows = static_cast<std::size_t>(image.height);
   parallel_for(rows, rows_per_task, [&](std::size_t begin, std::size_t end) {
-    std::vector<Fragment> fragments;
+    Row row;
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       if (context.cancelled()) return;
-      for (int x = 0; x < image.width; ++x) store(pixel_colour(in, x, y, fragments), in.options, x, y, image);
+      draw_row(in, y, row, image);
     }
   });
 }

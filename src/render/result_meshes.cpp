@@ -1,12 +1,10 @@
+#include "turgor/core/index.hpp"
 #include "turgor/geometry/mesh_file.hpp"
 #include "turgor/render/results.hpp"
 
 namespace turgor {
 namespace {
 
-constexpr std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 constexpr Vec3f skin_colour{0.62f, 0.36f, 0.26f}, bone_colour{0.78f, 0.70f, 0.55f};
 
 Result<void> write_surface(const std::filesystem::path& stem, const TriMesh& mesh,

@@ -6,10 +6,12 @@
 namespace turgor::render_detail {
 namespace {
 
-constexpr float key_disc_radius = 0.24f;  // tangent of the half angle: a soft box, about 27° across
-constexpr Vec3f key_colour{0.97f, 0.93f, 0.88f}, fill_colour{0.17f, 0.165f, 0.165f};
-constexpr Vec3f sky_colour{0.30f, 0.30f, 0.305f}, floor_colour{0.165f, 0.14f, 0.125f};
-constexpr Vec3f rim_colour{0.17f, 0.165f, 0.165f};
+constexpr float studio_key_radius = 0.24f;  // a soft box, about 27° across
+constexpr float scene_key_radius = 0.12f;
+constexpr Vec3f studio_key{0.97f, 0.93f, 0.88f}, studio_fill{0.17f, 0.165f, 0.165f};
+constexpr Vec3f studio_sky{0.30f, 0.30f, 0.305f}, studio_floor{0.165f, 0.14f, 0.125f};
+constexpr Vec3f studio_rim{0.17f, 0.165f, 0.165f};
+constexpr Vec3f scene_ambient{0.22f, 0.22f, 0.225f};
 
 /// A grey sheen on matte bodies: without it the dark end of a colour map swallows the form.
 constexpr float plain_sheen = 0.03f;
@@ -76,6 +78,8 @@ const Look& look_of(MaterialKind kind) {
     case MaterialKind::mucosa:
       return mucosa;
     case MaterialKind::plain:
+    case MaterialKind::glossy:
+    case MaterialKind::line:
       break;
   }
   return plain;
@@ -96,6 +100,16 @@ Vec3f wrapped_cosine(float cosine, const Vec3f& wrap) {
 float with_bounces(float open, float albedo) {
   const float a = 2.0404f * albedo - 0.3324f, b = -4.7951f * albedo + 0.6417f, c = 2.7552f * albedo + 0.6903f;
   return std::max(open, ((open * a + b) * open + c) * open);
+}
+
+/// Whether the material's colour is given with it and not by its kind.
+bool own_colour(MaterialKind kind) {
+  return kind == MaterialKind::plain || kind == MaterialKind::glossy || kind == MaterialKind::line;
+}
+
+/// Whether its back is the dark inside of a body.
+bool has_inside(MaterialKind kind) {
+  return kind != MaterialKind::glossy && kind != MaterialKind::line;
 }
 
 /// The angles between a light, the viewer and the surface that a highlight depends on.
@@ -121,6 +135,17 @@ float highlight(const Glance& g, float roughness) {
   return a2 / (denominator * denominator) * visibility * g.fresnel * g.nl;
 }
 
+/// The cosine between the mirrored light and the viewer, to the power of `exponent` (Phong, Illumination for
+/// computer generated pictures, 1975).
+float phong(const Vec3f& n, const Vec3f& v, const Vec3f& l, double exponent) {
+  const float nl = dot(n, l);
+  if (nl <= 0) return 0;
+  const float cosine = dot(n * (2 * nl) - l, v);
+  // c^n ≤ exp(−n (1 − c)), which is nothing to see over most of a surface.
+  if (cosine <= 0 || exponent * (1 - static_cast<double>(cosine)) > 12) return 0;
+  return static_cast<float>(std::pow(static_cast<double>(cosine), exponent));
+}
+
 /// Identity up to `knee`, then rolls off to 1 by the brightest channel, so that hues stay; what is lost in
 /// the highlights turns slowly to white.
 Vec3f tone(const Vec3f& c) {
@@ -134,7 +159,7 @@ Vec3f tone(const Vec3f& c) {
 }
 
 /// Matte and neutral: form stays visible, colours keep to what the legend shows.
-Vec3f plain_irradiance(const Surfel& surfel, const Exposure& exposure, const StudioLights& lights) {
+Vec3f plain_irradiance(const Surfel& surfel, const Exposure& exposure, const Lights& lights) {
   const float key = std::max(0.0f, dot(surfel.normal, lights.key)) * exposure.key;
   const float front = std::max(0.0f, dot(surfel.normal, lights.toward_viewer));
   const float level = 0.20f + 0.42f * exposure.sky + 0.22f * key + 0.20f * front;
@@ -143,11 +168,25 @@ Vec3f plain_irradiance(const Surfel& surfel, const Exposure& exposure, const Stu
 
 }  // namespace
 
-StudioLights StudioLights::for_camera(const CameraFrame& camera) {
-  StudioLights lights;
+void Lights::set_key(const Vec3f& direction, const Vec3f& colour, float radius) {
+  key = direction;
+  key_colour = colour;
+  key_radius = radius;
+  const Vec3f across = cross(up, key);
+  key_u = length(across) > 1e-3f ? normalized(across) : right;
+  key_v = cross(key, key_u);
+}
+
+Lights Lights::facing(const CameraFrame& camera) {
+  Lights lights;
   lights.right = to_float(camera.right);
   lights.up = to_float(camera.up);
   lights.toward_viewer = to_float(-camera.forward);
+  return lights;
+}
+
+Lights Lights::studio(const CameraFrame& camera) {
+  Lights lights = facing(camera);
   const auto direction = [&](float r, float u, float v) {
     return normalized(lights.right * r + lights.up * u + lights.toward_viewer * v);
   };
@@ -155,17 +194,39 @@ StudioLights StudioLights::for_camera(const CameraFrame& camera) {
   // shadow.
   const float turn = std::clamp(dot(Vec3f{0, -1, 0}, lights.right) / 0.5f, 0.0f, 1.0f);
   const float side = -0.50f + turn * turn * (3 - 2 * turn);
-  lights.key = direction(side, 0.58f, 0.80f);
-  lights.key_u = normalized(cross(lights.up, lights.key));
-  lights.key_v = cross(lights.key, lights.key_u);
-  lights.fill = direction(-1.5f * side, 0.05f, 0.75f);
-  lights.rim_left = direction(-0.85f, 0.35f, -0.50f);
-  lights.rim_right = direction(0.85f, 0.30f, -0.45f);
+  lights.set_key(direction(side, 0.58f, 0.80f), studio_key, studio_key_radius);
+  lights.broad = {{direction(-1.5f * side, 0.05f, 0.75f), studio_fill},
+                  {direction(-0.85f, 0.35f, -0.50f), studio_rim},
+                  {direction(0.85f, 0.30f, -0.45f), studio_rim}};
+  lights.sky = studio_sky;
+  lights.floor = studio_floor;
   return lights;
 }
 
-Vec3f StudioLights::key_direction(float u, float v) const {
-  return normalized(key + key_u * (u * key_disc_radius) + key_v * (v * key_disc_radius));
+Lights Lights::of_scene(const CameraFrame& camera, const std::vector<DirectionalLight>& given) {
+  Lights lights = facing(camera);
+  const auto strength = [](const DirectionalLight& l) { return luminance(l.colour); };
+  const auto strongest = std::max_element(
+      given.begin(), given.end(),
+      [&](const DirectionalLight& a, const DirectionalLight& b) { return strength(a) < strength(b); });
+  for (auto l = given.begin(); l != given.end(); ++l) {
+    const Vec3f direction = to_float(-normalized(l->shines_along));
+    if (l == strongest)
+      lights.set_key(direction, l->colour, scene_key_radius);
+    else
+      lights.broad.push_back({direction, l->colour});
+  }
+  lights.sky = lights.floor = scene_ambient;
+  return lights;
+}
+
+Vec3f Lights::key_direction(float u, float v) const {
+  return normalized(key + key_u * (u * key_radius) + key_v * (v * key_radius));
+}
+
+bool shows_curvature(MaterialKind kind) {
+  const Look& look = look_of(kind);
+  return !(look.fold == Vec3f{1, 1, 1} && look.ridge == Vec3f{1, 1, 1});
 }
 
 Vec3f scatter_mm(MaterialKind kind) {
@@ -176,33 +237,34 @@ float shadow_offset_mm(MaterialKind kind) {
   return 0.02f + 0.25f * look_of(kind).scatter.x;
 }
 
+bool self_lit(MaterialKind kind) {
+  return kind == MaterialKind::line;
+}
+
 Vec3f albedo_at(const Material& material, const Vec3f* point_colour, float curvature, bool back) {
   const Look& look = look_of(material.kind);
-  Vec3f albedo = point_colour                           ? *point_colour
-                 : material.kind == MaterialKind::plain ? material.colour
-                                                        : look.albedo;
+  Vec3f albedo = point_colour ? *point_colour : own_colour(material.kind) ? material.colour : look.albedo;
   const float fold = std::clamp(-7 * curvature, 0.0f, 1.0f),
               ridge = std::clamp(8 * (curvature - 0.04f), 0.0f, 1.0f);
   albedo = times(albedo, lerp(Vec3f{1, 1, 1}, look.fold, fold));
   albedo = times(albedo, lerp(Vec3f{1, 1, 1}, look.ridge, ridge));
-  return back ? albedo * 0.45f : albedo;
+  return back && has_inside(material.kind) ? albedo * 0.45f : albedo;
 }
 
 Vec3f irradiance(const Surfel& surfel, const Material& material, const Exposure& exposure,
-                 const StudioLights& lights) {
+                 const Lights& lights) {
   if (material.kind == MaterialKind::plain) return plain_irradiance(surfel, exposure, lights);
   const Look& look = look_of(material.kind);
   const Vec3f& n = surfel.normal;
-  Vec3f sum = times(key_colour, wrapped_cosine(dot(n, lights.key), look.wrap)) * exposure.key;
-  // Fill and rims are broad: a light is seen as far as the open part of the hemisphere leans to it.
-  const auto seen = [&](const Vec3f& light) {
-    return std::clamp(dot(exposure.open, light) * 1.5f + 0.5f * exposure.sky, 0.0f, 1.0f);
-  };
-  sum += times(fill_colour, wrapped_cosine(dot(n, lights.fill), look.wrap)) * seen(lights.fill);
-  sum += times(rim_colour, wrapped_cosine(dot(n, lights.rim_left), look.wrap)) * seen(lights.rim_left);
-  sum += times(rim_colour, wrapped_cosine(dot(n, lights.rim_right), look.wrap)) * seen(lights.rim_right);
+  Vec3f sum = times(lights.key_colour, wrapped_cosine(dot(n, lights.key), look.wrap)) * exposure.key;
+  // Broad lights are seen as far as the open part of the hemisphere leans to them.
+  for (const BroadLight& light : lights.broad) {
+    const float seen =
+        std::clamp(dot(exposure.open, light.direction) * 1.5f + 0.5f * exposure.sky, 0.0f, 1.0f);
+    sum += times(light.colour, wrapped_cosine(dot(n, light.direction), look.wrap)) * seen;
+  }
   const Vec3f open = normalized(exposure.open + n * 0.05f);
-  const Vec3f ambient = lerp(floor_colour, sky_colour, 0.5f + 0.5f * dot(open, lights.up));
+  const Vec3f ambient = lerp(lights.floor, lights.sky, 0.5f + 0.5f * dot(open, lights.up));
   const Vec3f bounced{with_bounces(exposure.sky, surfel.albedo.x),
                       with_bounces(exposure.sky, surfel.albedo.y),
                       with_bounces(exposure.sky, surfel.albedo.z)};
@@ -210,13 +272,20 @@ Vec3f irradiance(const Surfel& surfel, const Material& material, const Exposure&
 }
 
 Vec3f outgoing(const Surfel& surfel, const Material& material, const Vec3f& scattered_irradiance,
-               const Exposure& exposure, const StudioLights& lights, const Vec3f& to_viewer) {
+               const Exposure& exposure, const Lights& lights, const Vec3f& to_viewer) {
+  if (surfel.self_lit) return surfel.albedo;
   const Look& look = look_of(material.kind);
   Vec3f colour = times(surfel.albedo, scattered_irradiance);
   if (material.kind == MaterialKind::plain) colour += scattered_irradiance * plain_sheen;
+  const Vec3f& n = surfel.normal;
+  const float open = exposure.sky * exposure.sky;
+  if (material.kind == MaterialKind::glossy) {
+    const auto shine = [&](const Vec3f& light) { return phong(n, to_viewer, light, material.exponent); };
+    Vec3f sum = lights.key_colour * (shine(lights.key) * exposure.key);
+    for (const BroadLight& light : lights.broad) sum += light.colour * (shine(light.direction) * open);
+    colour += times(material.highlight, sum);
+  }
   if (look.gloss > 0 && !surfel.back) {
-    const Vec3f& n = surfel.normal;
-    const float open = exposure.sky * exposure.sky;
     const auto broad = [&](const Vec3f& light) {
       return look.gloss * highlight(Glance(n, to_viewer, light, look.f0), look.roughness);
     };
@@ -224,14 +293,13 @@ Vec3f outgoing(const Surfel& surfel, const Material& material, const Vec3f& scat
       const Glance key(n, to_viewer, lights.key, look.f0);
       const float both =
           look.gloss * highlight(key, look.roughness) + look.coat * highlight(key, look.coat_roughness);
-      colour += key_colour * (both * exposure.key);
+      colour += lights.key_colour * (both * exposure.key);
     }
-    colour += fill_colour * (broad(lights.fill) * open);
-    colour += rim_colour * ((broad(lights.rim_left) + broad(lights.rim_right)) * open);
+    for (const BroadLight& light : lights.broad) colour += light.colour * (broad(light.direction) * open);
     // Reflection of the sky, growing towards grazing angles.
     const float grazing = 1 - std::max(dot(n, to_viewer), 0.0f), g2 = grazing * grazing;
     const float fresnel = look.f0 + (0.5f - look.roughness) * g2 * g2 * grazing;
-    colour += sky_colour * (0.4f * fresnel * open * (look.gloss + look.coat));
+    colour += lights.sky * (0.4f * fresnel * open * (look.gloss + look.coat));
   }
   return tone(colour);
 }

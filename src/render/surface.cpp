@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "render/shading.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor::render_detail {
@@ -40,6 +41,10 @@ Result<void> check(const Body& body, std::size_t number) {
     return bad("the colour is not a finite number", "Give linear RGB from 0 to 1");
   if (!(body.material.opacity >= 0 && body.material.opacity <= 1))
     return bad("the opacity is not in [0, 1]", "Use 1 for a solid body");
+  if (!is_finite(body.material.highlight) ||
+      !(body.material.exponent >= 0 && std::isfinite(body.material.exponent)))
+    return bad("the highlight's colour or exponent is not usable",
+               "Give linear RGB, and an exponent of 0 or more");
   return {};
 }
 
@@ -177,6 +182,8 @@ Result<Surface> prepare_surface(const Body& body, std::size_t number, const Vec3
                        corners.items.data() + corners.offsets[i + 1], weighted, surface.corner_normals,
                        means[i]);
   });
+  surface.curvature.assign(surface.points.size(), 0.0f);
+  if (!shows_curvature(body.material.kind)) return surface;
   surface.curvature = mean_curvature(surface, corners, means);
   for (int step = 0; step < 3; ++step) surface.curvature = smoothed(surface.curvature, surface, corners);
   return surface;

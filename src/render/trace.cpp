@@ -56,7 +56,7 @@ SkySample sky_sample(std::uint32_t index, const Scrambles& s) {
   return {{disc.u, disc.v, z}, sky_reach_mm * (0.1f + 0.9f * t)};
 }
 
-Frame frame_at(const Vec3f& normal, const StudioLights& lights) {
+Frame frame_at(const Vec3f& normal, const Lights& lights) {
   return frame_about(normal, lights.toward_viewer, lights.right, lights.up);
 }
 
@@ -64,7 +64,7 @@ Vec3f to_world(const Vec3f& local, const Frame& frame, const Vec3f& normal) {
   return frame.u * local.x + frame.v * local.y + normal * local.z;
 }
 
-Vec3f key_sample(std::uint32_t index, const Scrambles& s, const StudioLights& lights) {
+Vec3f key_sample(std::uint32_t index, const Scrambles& s, const Lights& lights) {
   const Sample2 disc = to_disc(net_point(index, s.key_u, s.key_v));
   return lights.key_direction(disc.u, disc.v);
 }
@@ -83,7 +83,7 @@ std::uint32_t trace_key(const Layer& layer, const Group& group, const Vec3f& key
     const Surfel& s = *group.surfels[static_cast<std::size_t>(i)];
     if (dot(s.normal, key) > -0.25f) rays.set(i, s.lit_from, key, 0, infinity);
   }
-  const std::uint32_t hidden = layer.scene.occluded(rays, true);
+  const std::uint32_t hidden = layer.shadow_scene().occluded(rays, true);
   std::uint32_t seen = 0;
   for (int i = 0; i < group.count; ++i)
     if (rays.active[static_cast<std::size_t>(i)] && !(hidden >> i & 1)) seen |= 1u << i;
@@ -126,7 +126,7 @@ void expose_to_sky(const Layer& layer, const PictureCamera& camera, const Group&
       directions[at] = to_world(sky.local, frames[at], group.surfels[at]->normal);
       rays.set(i, group.surfels[at]->lit_from, directions[at], 0, sky.reach);
     }
-    const std::uint32_t hidden = layer.scene.occluded(rays, false);
+    const std::uint32_t hidden = layer.shadow_scene().occluded(rays, false);
     for (int i = 0; i < group.count; ++i) {
       if (hidden >> i & 1) continue;
       Exposure& e = *group.exposure[static_cast<std::size_t>(i)];
@@ -179,6 +179,7 @@ Surfel surfel_at(const std::vector<Surface>& surfaces, std::uint32_t surface, st
   Surfel out;
   out.surface = surface;
   out.depth = depth;
+  out.self_lit = self_lit(s.material.kind);
   float curvature = 0;
   Vec3f colour{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -258,7 +259,7 @@ void trace_exposure(const Layer& layer, const PictureCamera& camera, const Light
       Group group;
       for (int i = 0; i < lanes; ++i) {
         const int x = tile_x + 4 * (i & 3) + (phase & 3), y = tile_y + 4 * (i >> 2) + (phase >> 2);
-        if (!w.contains(x, y) || !picture.surfels[w.index(x, y)].seen()) continue;
+        if (!w.contains(x, y) || !picture.surfels[w.index(x, y)].takes_light()) continue;
         const auto at = static_cast<std::size_t>(group.count++);
         group.surfels[at] = &picture.surfels[w.index(x, y)];
         group.exposure[at] = &picture.exposure[w.index(x, y)];
@@ -287,7 +288,7 @@ Exposure exposure_of_point(const Layer& layer, const Surfel& surfel, const Pictu
     directions[static_cast<std::size_t>(half + i)] = to_world(sky.local, frame, surfel.normal);
     rays.set(half + i, surfel.lit_from, directions[static_cast<std::size_t>(half + i)], 0, sky.reach);
   }
-  const std::uint32_t hidden = layer.scene.occluded(rays, false);
+  const std::uint32_t hidden = layer.shadow_scene().occluded(rays, false);
   Exposure out;
   for (int i = 0; i < lanes; ++i) {
     if (!rays.active[static_cast<std::size_t>(i)] || (hidden >> i & 1)) continue;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <numbers>
 
 #include "support.hpp"
@@ -391,6 +392,43 @@ TEST(RayTracer, StopsWhenTheUserAsks) {
   const auto image = render({{&ball, {MaterialKind::skin}, {}}}, front_camera(100), RenderOptions{}, context);
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().kind, ErrorKind::cancelled);
+}
+
+TEST(RayTracer, LampsThatCannotShineAreErrors) {
+  const TriMesh plate = plate_mesh(40, 0);
+  Context context;
+  const auto fails = [&](const RenderOptions& options) {
+    const auto image = render({plain_body(plate, red)}, front_camera(100), options, context);
+    return !image && image.error().kind == ErrorKind::bad_input;
+  };
+  RenderOptions options;
+  options.width = options.height = 8;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Vec3& along : {Vec3{}, Vec3{nan, 0, 1}, Vec3{1e308, 1e308, 0}}) {
+    options.lights = {{along, {1, 1, 1}}};
+    EXPECT_TRUE(fails(options));
+  }
+  options.lights = {{{0, 0, -1}, {static_cast<float>(nan), 1, 1}}};
+  EXPECT_TRUE(fails(options));
+  options.lights.clear();
+  for (const int rays : {-1, 257}) {
+    options.light_rays = rays;
+    EXPECT_TRUE(fails(options));
+  }
+  options.light_rays = 256;
+  EXPECT_FALSE(fails(options));
+}
+
+TEST(RayTracer, GlossyBodiesLookAlikeFromBothSides) {
+  TriMesh plate = plate_mesh(40, 0);
+  Body body = plain_body(plate, red);
+  body.material.kind = MaterialKind::glossy;
+  const Image front = picture({body}, front_camera(60), 40);
+  for (Index3& t : plate.triangles) std::swap(t[1], t[2]);
+  EXPECT_EQ(picture({body}, front_camera(60), 40).rgb, front.rgb);
+  body.material.exponent = -1;
+  Context context;
+  EXPECT_FALSE(render({body}, front_camera(60), {}, context));
 }
 
 }  // namespace

@@ -34,5 +34,9 @@ void paste(Image& target, const Image& source, int x, int y);
 /// sRGB transfer function (IEC 61966-2-1): linear [0, 1] to 0 … 255, rounded, and back.
 std::uint8_t encode_srgb(float linear);
 float decode_srgb(std::uint8_t value);
+/// Relative luminance of linear RGB (IEC 61966-2-1).
+inline float luminance(const Vec3f& c) {
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
 
 }  // namespace turgor
