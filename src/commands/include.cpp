@@ -75,8 +75,8 @@ class Loader {
 
   [[nodiscard]] std::vector<fs::path> candidates(const fs::path& name) const {
     std::vector<fs::path> paths{stack_.back().path.parent_path() / name};
-    if (name.is_relative()) {
-      for (const fs::path& folder : options_.search_paths) paths.push_back(folder / name);
+    for (const fs::path& folder : options_.search_paths) {
+      paths.push_back(folder / (name.is_relative() ? name : name.filename()));
     }
     for (fs::path& path : paths) path = path.lexically_normal();
     return paths;
@@ -90,6 +90,10 @@ class Loader {
       auto text = options_.read ? options_.read(path) : read_from_disk(path);
       if (!text) return at(file.place, text.error());
       if (text->has_value()) return open(**text, path, id);
+    }
+    if (options_.library) {
+      const fs::path own = fs::path(file.text).filename();
+      if (const auto text = options_.library(own.string())) return open(*text, own, own);
     }
     std::vector<std::string> tried;
     tried.reserve(paths.size());

@@ -14,7 +14,8 @@ using commands::shown;
 /// One command from its words.
 class InvocationParser {
  public:
-  InvocationParser(std::span<const Word> words, const CommandTable& table) : words_(words), table_(table) {}
+  InvocationParser(std::span<const Word> words, const CommandTable& table, const Parameter** missing)
+      : words_(words), table_(table), missing_(missing) {}
 
   Result<Invocation> run() {
     TURGOR_CHECK(find_command());
@@ -197,7 +198,10 @@ class InvocationParser {
     for (std::size_t i = 0; i < command().parameters.size(); ++i) {
       const Parameter& parameter = command().parameters[i];
       if (invocation_.given_[i]) continue;
-      if (parameter.required) return missing(parameter);
+      if (parameter.required) {
+        if (missing_ != nullptr) *missing_ = &parameter;
+        return missing(parameter);
+      }
       if (!parameter.fallback.empty()) TURGOR_CHECK(add_default(parameter));
     }
     return {};
@@ -241,12 +245,13 @@ class InvocationParser {
 
   std::span<const Word> words_;
   const CommandTable& table_;
+  const Parameter** missing_;
   std::size_t next_ = 0;
   std::vector<Word> positionals_;
   Invocation invocation_;
 };
 
-Result<Invocation> parse_line(const ScriptLine& line, const CommandTable& table) {
+Result<Invocation> parse_line(const ScriptLine& line, const CommandTable& table, const Parameter** missing) {
   if (line.words.empty()) {
     return Error{ErrorKind::bad_command, "expected a command, found nothing", "",
                  fmt::format("'{}help' lists the commands", program_commands().prefix)};
@@ -255,7 +260,7 @@ Result<Invocation> parse_line(const ScriptLine& line, const CommandTable& table)
     return Error{ErrorKind::bad_command, "#include cannot be followed here", line.words.front().place.text(),
                  "Put the included commands in its place"};
   }
-  return InvocationParser(line.words, table).run();
+  return InvocationParser(line.words, table, missing).run();
 }
 
 Result<std::vector<Invocation>> parse_lines(std::span<const ScriptLine> lines, const CommandTable& table) {

@@ -23,7 +23,7 @@ const CommandDeclaration* CommandTable::find(std::string_view command) const {
 }
 
 std::span<const CommandTable* const> command_tables() {
-  static const CommandTable* const tables[] = {&program_commands(), &plan_commands()};
+  static const CommandTable* const tables[] = {&program_commands(), &plan_commands(), &scene_commands()};
   return tables;
 }
 

@@ -30,8 +30,10 @@ TEST(Declarations, AreWellFormed) {
 TEST(Declarations, NameEachCommandOnceOverAllTables) {
   std::set<std::string_view> names{"language"};  // the help topic
   for (const CommandTable* table : command_tables()) {
-    for (const auto& command : table->commands)
+    for (const auto& command : table->commands) {
+      if (table->name == "scene" && command.name == "help") continue;  // the same one, at the console
       EXPECT_TRUE(names.insert(command.name).second) << command.name;
+    }
   }
 }
 

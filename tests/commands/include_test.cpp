@@ -6,6 +6,7 @@
 
 #include "turgor/commands/script.hpp"
 #include "turgor/core/file.hpp"
+#include "turgor/world/object_file.hpp"
 
 namespace turgor {
 namespace {
@@ -148,18 +149,23 @@ TEST_F(IncludeOnDisk, ReadsAPlanFromSeveralFiles) {
   EXPECT_EQ((*plan)[0].place().text(), (folder_ / "sub/jaw").string() + ":1:1");
 }
 
-TEST(ExamplePlans, Parse) {
-  int plans = 0;
+TEST(ExampleScripts, ArePlansOrScenes) {
+  int plans = 0, scenes = 0;
+  ScriptOptions with_library;
+  with_library.library = [](const std::string& name) -> std::optional<std::string> {
+    const std::string* text = library_script(name);
+    return text == nullptr ? std::nullopt : std::optional(*text);
+  };
   for (const auto& entry : fs::directory_iterator(fs::path(TURGOR_SOURCE_DIR) / "examples")) {
     if (entry.path().extension() != ".turgor") continue;
     const auto plan = parse_script(entry.path(), plan_commands());
-    EXPECT_TRUE(plan) << plan.error().message();
-    if (plan) {
-      EXPECT_FALSE(plan->empty()) << entry.path();
-    }
-    ++plans;
+    const auto scene = parse_script(entry.path(), scene_commands(), with_library);
+    EXPECT_TRUE(plan || scene) << plan.error().message() << "\n" << scene.error().message();
+    if (plan) EXPECT_FALSE(plan->empty()) << entry.path();
+    plans += plan ? 1 : 0, scenes += scene ? 1 : 0;
   }
   EXPECT_GT(plans, 0);
+  EXPECT_GT(scenes, 0);
 }
 
 }  // namespace

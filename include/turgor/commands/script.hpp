@@ -65,6 +65,8 @@ struct ScriptOptions {
                             << 20;  ///< of all text, an included file counted as often as read
   /// Reads a file; nullopt: there is none. Empty: from the disk.
   std::function<Result<std::optional<std::string>>(const std::filesystem::path&)> read = {};
+  /// The text of a script of the program's own, by the last part of a name that no file has; nullopt: none.
+  std::function<std::optional<std::string>(const std::string&)> library = {};
 };
 
 /// lex(), with every include replaced by what it names, nested to any depth. Errors besides those of lex():
@@ -152,7 +154,9 @@ class Invocation {
 /// digit is a number; after `--` nothing is a flag. Flags may stand before, between and after positional
 /// values. Errors are of kind bad_command; `where` is the place, `remedy` names the nearest valid word, or
 /// the usage.
-Result<Invocation> parse_line(const ScriptLine& line, const CommandTable& table);
+/// `missing` (optional) receives the required parameter that is not given, where that alone is the fault.
+Result<Invocation> parse_line(const ScriptLine& line, const CommandTable& table,
+                              const Parameter** missing = nullptr);
 Result<std::vector<Invocation>> parse_lines(std::span<const ScriptLine> lines, const CommandTable& table);
 
 /// load_script(), then parse_lines().
