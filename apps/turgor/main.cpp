@@ -44,6 +44,10 @@ Result<void> dispatch(const Invocation& arguments, const std::string& command_li
   if (name == "info") return run_info(arguments, context);
   if (name == "phantom") return run_phantom(arguments, context);
   if (name == "build") return run_build(arguments, command_line, context);
+  if (name == "run") return run_script(arguments, command_line, context);
+  if (name == "skin") return run_skin(arguments, context);
+  if (name == "mesh") return run_mesh(arguments, context);
+  if (name == "shell") return run_shell(arguments, context);
   if (name == "predict") return run_predict(arguments, command_line, context);
   fmt::print("turgor {}\n", program_version);
   return {};

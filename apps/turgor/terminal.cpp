@@ -124,6 +124,10 @@ std::unique_ptr<Context> make_terminal_context() {
                                    [] { return stop_asked.load(); });
 }
 
+bool take_stop_request() {
+  return stop_asked.exchange(false);
+}
+
 int fail(const Error& error) {
   if (::isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\033[K");
   fmt::print(stderr, "turgor: {}\n", error.message());

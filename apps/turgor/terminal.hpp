@@ -12,6 +12,9 @@ namespace turgor {
 /// program at once.
 std::unique_ptr<Context> make_terminal_context();
 
+/// Whether the user asked to stop; from then on as if they had not. For a console, which goes on.
+bool take_stop_request();
+
 /// While it lives, Ctrl-C ends the program there and then: for work that writes nothing and has steps too
 /// long to wait for.
 class StopAtOnce {

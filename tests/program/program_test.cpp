@@ -19,34 +19,14 @@
 #include <map>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "program/run_program.hpp"
+
 namespace {
+using namespace turgor_program;
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int code;
-  std::string text;  // both streams
-};
-
-Outcome run(const std::string& arguments) {
-  // What hangs is ended with code 124.
-  const std::string command = "timeout 120 " TURGOR_PROGRAM " " + arguments + " 2>&1";
-  Outcome out{-1, {}};
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return out;
-  std::array<char, 4096> buffer;
-  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
-    out.text.append(buffer.data(), n);
-  const int status = ::pclose(pipe);
-  out.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return out;
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -90,28 +70,6 @@ Cube phantom_cube(const fs::path& series) {
     }
   }
   return cube;
-}
-
-/// Starts the program, asks it to stop after `delay`, and returns how long it took to; its code in `code`.
-double seconds_to_stop(const std::vector<std::string>& arguments, std::chrono::milliseconds delay,
-                       int& code) {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    std::freopen("/dev/null", "w", stdout);
-    std::freopen("/dev/null", "w", stderr);
-    std::vector<char*> words{const_cast<char*>(TURGOR_PROGRAM)};
-    for (const std::string& a : arguments) words.push_back(const_cast<char*>(a.c_str()));
-    words.push_back(nullptr);
-    ::execv(TURGOR_PROGRAM, words.data());
-    ::_exit(99);
-  }
-  std::this_thread::sleep_for(delay);
-  const auto asked = std::chrono::steady_clock::now();
-  ::kill(child, SIGINT);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count();
 }
 
 class Program : public ::testing::Test {
@@ -404,6 +362,63 @@ TEST_F(Program, TheProgressLineLeavesNothingOnATerminal) {
     EXPECT_EQ(line.find(" %"), std::string::npos) << line;
     at = end + 1;
   }
+}
+
+TEST_F(Program, AMovieHasEachTimeOnceAndASheetHoldsThePictures) {
+  write(root() / "fall.turgor",
+        "instance_object grid.3.3 sheet\nflesh_out sheet\ngravity_face -g 0.1\nsimulate -dt 0.05 -until 1\n");
+  const Outcome o = run("run " + (root() / "fall.turgor").string() + " -o " + out().string() +
+                        " -at 0.5 -sheet -size 64 48 -movie 0.1");
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(files_of(out() / "frames").size(), 11u);  // 0, 0.1, … 1
+  // Width and height of a PNG stand in bytes 16 to 23, high byte first.
+  const auto size = [](const std::string& png) {
+    const auto byte = [&](std::size_t i) { return static_cast<int>(static_cast<unsigned char>(png.at(i))); };
+    return std::pair(256 * byte(18) + byte(19), 256 * byte(22) + byte(23));
+  };
+  EXPECT_EQ(size(bytes_of(out() / "t_0.5.png")), (std::pair{64, 48}));
+  const auto [width, height] = size(bytes_of(out() / "sheet.png"));
+  EXPECT_GE(width, 3 * 64);  // start, 0.5 and end side by side
+  EXPECT_LT(width, 4 * 64);
+  EXPECT_GT(height, 48);
+  fs::remove_all(out());
+}
+
+/// A tetrahedron of 9 mm as OFF, without its last `missing` faces.
+std::string tetrahedron_off(int missing) {
+  std::string text = "OFF\n4 " + std::to_string(4 - missing) + " 0\n0 0 0\n9 0 0\n0 9 0\n0 0 9\n";
+  const char* const faces[] = {"3 0 2 1\n", "3 0 1 3\n", "3 0 3 2\n", "3 1 2 3\n"};
+  for (int f = 0; f < 4 - missing; ++f) text += faces[f];
+  return text;
+}
+
+TEST_F(Program, MeshesASurfaceIntoEveryFormat) {
+  const fs::path surface = root() / "corner.off";
+  write(surface, tetrahedron_off(0));
+  const std::string mesh = "mesh " + surface.string() + " -resolution 12 -o " + root().string();
+  for (const char* name : {"/c.ele", "/c.vtu", "/c.msh", "/c.inp", "/c.solid"}) {
+    const Outcome o = run(mesh + name);
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_NE(o.text.find(" tetrahedra, "), std::string::npos) << o.text;
+    EXPECT_TRUE(fs::exists(root().string() + name));
+  }
+  EXPECT_TRUE(fs::exists(root() / "c.node") && fs::exists(root() / "c.face"));
+  const Outcome cubes = run(mesh + "/cubes.inp -hexahedra -no_border");
+  EXPECT_NE(cubes.text.find(" hexahedra, "), std::string::npos) << cubes.text;
+  EXPECT_NE(bytes_of(root() / "cubes.inp").find("C3D8"), std::string::npos);
+}
+
+TEST_F(Program, SurfacesThatCannotBeMeshedAreRefused) {
+  const fs::path open = root() / "open.off";
+  write(open, tetrahedron_off(1));
+  const std::string mesh = "mesh " + open.string() + " -o " + out().string();
+  expect_refusal(mesh + ".vtu", "hole of 9 x 9 x 9 mm");
+  expect_refusal(mesh + ".stl", "not written to files of this kind");
+  expect_refusal(mesh + ".ele -hexahedra", "tetrahedra only");
+  expect_refusal(mesh + ".vtu -resolution 0", "resolution");
+  expect_refusal("mesh " + (root() / "no.off").string() + " -o " + out().string() + ".vtu", "no.off");
+  EXPECT_EQ(run(mesh + ".vtu -fill winding").code, 0);
+  fs::remove(out().string() + ".vtu");
 }
 
 TEST_F(Program, HelpVersionAndCompletionWork) {
