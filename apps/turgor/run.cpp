@@ -58,7 +58,7 @@ class Observer {
   }
 
   Result<void> observe(const Scene& scene) {
-    for (const FleshMeasures& m : measure(scene.specimen)) inverted_ = std::max(inverted_, m.inverted);
+    inverted_ = std::max(inverted_, inverted_prisms(scene.specimen));
     for (const Penetration& p : penetrations(scene.specimen)) {
       if (p.radius > 0) depth_ = std::max(depth_, p.depth / p.radius);
     }

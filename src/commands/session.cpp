@@ -224,7 +224,8 @@ Result<void> turn(SessionState& s) {
   s.scene.begin_frame();
   if (s.pause > 0) --s.pause;
   sample_devices(s);
-  auto done = execute_all(s);
+  auto done = s.context.check();
+  if (done) done = execute_all(s);
   if (!done) drop(s);
   if (s.finished && s.simulation) end_simulation(s);
   s.scene.serve_constraints();

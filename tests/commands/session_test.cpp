@@ -389,6 +389,17 @@ TEST_F(SessionTest, ADeviceIsPlayedFromItsFileAsTimeGoesBy) {
   EXPECT_EQ(again.recording(), session.recording());
 }
 
+TEST_F(SessionTest, FramesThatPassCanBeStopped) {
+  int frames = 0;
+  Context impatient({}, {}, [&] { return ++frames > 50; });
+  Session session(options(), impatient);
+  ASSERT_TRUE(static_cast<bool>(session.enter_text("frame 1000000000", "script")));
+  const auto done = session.run();
+  ASSERT_FALSE(static_cast<bool>(done));
+  EXPECT_EQ(done.error().kind, ErrorKind::cancelled);
+  EXPECT_TRUE(session.idle());
+}
+
 TEST_F(SessionTest, ARecordingKeepsEveryCommandInItsFrame) {
   Session session = console();
   say_to(session, "instance_object wiregrid.3.2 path");

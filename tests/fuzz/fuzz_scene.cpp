@@ -225,7 +225,7 @@ struct Run {
     SessionOptions options;
     options.output = folder();
     options.frame = [](const Scene& scene) -> Result<void> {
-      demand(is_finite(scene.specimen), "all samples stay at finite places", scene_json(scene));
+      if (!is_finite(scene.specimen)) demand(false, "all samples stay at finite places", scene_json(scene));
       return {};
     };
     return options;

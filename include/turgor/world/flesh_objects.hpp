@@ -45,7 +45,7 @@ struct FleshMeasures {
   /// Greatest height of the skin over the mean level of its outer boundary, along its mean normal at rest.
   double rise = 0;
   Vec3 rise_at;
-  /// At both ends of each opening (its two rim points farthest apart at rest): the greatest such height
+  /// At both ends of each opening (two rim points farthest apart at rest): the greatest such height
   /// within half the opening's length of the end. Closed wounds bulge there: dog-ears (section 6.1.1).
   struct DogEar {
     Vec3 end;  ///< where the end lies now
@@ -56,6 +56,8 @@ struct FleshMeasures {
   double greatest_speed = 0;  ///< of a sample
 };
 std::vector<FleshMeasures> measure(const Specimen& specimen);
+/// Of all fleshes.
+int inverted_prisms(const Specimen& specimen);
 /// Deepest a sample lies in a collision's region, by collision: length; of spheres over the radius too.
 struct Penetration {
   int object = 0;

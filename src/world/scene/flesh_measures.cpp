@@ -84,17 +84,22 @@ std::vector<double> heights(const Flesh& flesh, const Skin& skin, const std::vec
   return out;
 }
 
-// The two points of a loop farthest apart at rest.
+// Two points of a loop far apart at rest: the farthest one from any, and the farthest one from that, until
+// they are each other's.
 Edge ends_of(const std::vector<int>& loop, const Skin& skin) {
-  Edge ends{loop.front(), loop.front()};
-  double most = 0;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const double apart = distance(skin.rest[at(loop[i])], skin.rest[at(loop[j])]);
-      if (apart > most) most = apart, ends = {loop[j], loop[i]};
-    }
+  const auto farthest_from = [&](int from) {
+    return *std::max_element(loop.begin(), loop.end(), [&](int a, int b) {
+      return squared_length(skin.rest[at(a)] - skin.rest[at(from)]) <
+             squared_length(skin.rest[at(b)] - skin.rest[at(from)]);
+    });
+  };
+  constexpr int most_rounds = 8;
+  int one = farthest_from(loop.front()), other = farthest_from(one);
+  for (int round = 0; round < most_rounds && farthest_from(other) != one; ++round) {
+    one = other;
+    other = farthest_from(one);
   }
-  return ends;
+  return {std::min(one, other), std::max(one, other)};
 }
 
 FleshMeasures::DogEar dog_ear(int end, double reach, const Skin& skin, const std::vector<double>& height) {
@@ -173,6 +178,15 @@ std::vector<FleshMeasures> measure(const Specimen& specimen) {
     out.push_back(m);
   }
   return out;
+}
+
+int inverted_prisms(const Specimen& specimen) {
+  int count = 0;
+  for (std::size_t b = 1; b < specimen.bodies().size(); ++b) {
+    const FleshBody& body = specimen.bodies()[b];
+    count += inverted_prisms(body.flesh, specimen.positions_of(body));
+  }
+  return count;
 }
 
 std::vector<Penetration> penetrations(const Specimen& specimen) {
