@@ -1,7 +1,9 @@
 #include "anatomy/flesh_prisms.hpp"
-#include "turgor/core/index.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "turgor/core/index.hpp"
 
 namespace turgor {
 namespace {
@@ -41,6 +43,16 @@ Polyhedron prism_bases(const Flesh& flesh) {
 }
 
 }  // namespace detail
+
+double default_volume_modulus(const Polyhedron& source, double stiffness_n) {
+  double sum = 0;
+  const std::vector<Edge> all = edges(source);
+  for (const auto& [a, b] : all) sum += distance(source.points[at(a)], source.points[at(b)]);
+  const double mean = all.empty() ? 0 : sum / static_cast<double>(all.size());
+  const double modulus = 2 * stiffness_n / (mean * mean);
+  constexpr double most = 1e12;
+  return std::isfinite(modulus) ? std::min(modulus, most) : 0;
+}
 
 int prism_count(const Flesh& flesh) {
   return detail::prism_bases(flesh).polygon_count() * (flesh.layers - 1);

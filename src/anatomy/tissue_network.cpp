@@ -1,12 +1,11 @@
 #include "turgor/anatomy/tissue_network.hpp"
-#include "turgor/core/index.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 
-#include "anatomy/prism.hpp"
+#include "turgor/core/index.hpp"
 
 namespace turgor {
 namespace {
@@ -19,6 +18,22 @@ struct Share {
   SpringLaw law;
   double stiffness_length;  // k L0, N·mm
 };
+
+// The three tetrahedra of a prism (a b c outer, d e f inner). The diagonals start at the smaller column
+// numbers, so neighbouring prisms split their common face alike. Positive volume needs the triangle turned
+// inwards.
+std::array<std::array<int, 4>, 3> split_prism(std::array<int, 3> column, std::array<int, 3> outer,
+                                              std::array<int, 3> inner) {
+  while (column[0] > column[1] || column[0] > column[2]) {
+    std::rotate(column.begin(), column.begin() + 1, column.end());
+    std::rotate(outer.begin(), outer.begin() + 1, outer.end());
+    std::rotate(inner.begin(), inner.begin() + 1, inner.end());
+  }
+  const auto [a, b, c] = outer;
+  const auto [d, e, f] = inner;
+  if (column[1] < column[2]) return {{{a, d, f, e}, {a, b, e, f}, {a, b, f, c}}};
+  return {{{a, d, f, e}, {a, c, e, f}, {a, b, e, c}}};
+}
 
 // The value of a layer; the last one given goes for the layers beyond.
 template <class T>
@@ -87,7 +102,7 @@ Result<SpringNetwork> make_network(const LayeredTissue& tissue, const TissueMate
         inner[i] = tissue.point(layer + 1, t[i]);
       }
       double volume = 0;
-      for (const auto& q : detail::split_prism(t, outer, inner)) {
+      for (const auto& q : split_prism(t, outer, inner)) {
         const auto& x = tissue.points;
         const double v = signed_volume(x[at(q[0])], x[at(q[1])], x[at(q[2])], x[at(q[3])]);
         if (!(v > 0)) return Error{ErrorKind::internal, "a prism of the tissue has no volume", "tissue", ""};

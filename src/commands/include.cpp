@@ -88,7 +88,7 @@ class Loader {
       const fs::path id = identity(path);
       if (open_.contains(id)) return cycle(id, file.place);
       auto text = options_.read ? options_.read(path) : read_from_disk(path);
-      if (!text) return at(file.place, text.error());
+      if (!text) return commands::told_at(file.place, text.error());
       if (text->has_value()) return open(**text, path, id);
     }
     if (options_.library) {
@@ -100,11 +100,6 @@ class Loader {
     for (const fs::path& path : paths) tried.push_back(path.string());
     return Error{ErrorKind::bad_command, "no file " + shown(file.text) + " to include", file.place.text(),
                  "Correct its name; looked for " + commands::join_alternatives(tried, "and")};
-  }
-
-  /// An error of the file system, told from where the include stands.
-  static Error at(const SourcePlace& place, const Error& error) {
-    return {error.kind, error.where + ": " + error.what, place.text(), error.remedy};
   }
 
   Error cycle(const fs::path& id, const SourcePlace& place) const {

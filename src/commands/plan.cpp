@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "turgor/surgery/operations.hpp"
+#include "values.hpp"
 
 namespace turgor {
 namespace {
@@ -21,18 +22,12 @@ std::size_t layer_number(const std::string& name) {
   return name == "skin" ? 0 : name == "smas" ? 1 : 2;
 }
 
-SpringLaw law_of(const std::string& name) {
-  if (name == "exponential") return SpringLaw::exponential;
-  if (name == "logarithmic") return SpringLaw::logarithmic;
-  return name == "square" ? SpringLaw::square : SpringLaw::linear;
-}
-
 void set_material(const Invocation& c, TissueMaterial& material) {
   const std::size_t layer = layer_number(c.word("layer"));
   if (c.given("modulus")) material.young_mpa.at(layer) = c.number("modulus");
   if (!c.given("law")) return;
   material.laws.resize(3, material.laws.back());
-  material.laws[layer] = law_of(c.word("law"));
+  material.laws[layer] = commands::law_named(c.word("law"));
 }
 
 void set_chain(const Invocation& c, ChainParameters& chain) {

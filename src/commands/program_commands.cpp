@@ -1,4 +1,9 @@
 // The program's own sub-commands.
+#include <algorithm>
+#include <array>
+
+#include "program_parameters.hpp"
+#include "program_scene.hpp"
 #include "solver_parameters.hpp"
 #include "turgor/commands/declaration.hpp"
 
@@ -21,24 +26,8 @@ constexpr Parameter kSeries{
     .label = "UID",
     .help = "the DICOM series to read where the folder holds several; the largest CT otherwise",
 };
-constexpr Parameter kThreads{
-    .name = "threads",
-    .type = ValueType::integer,
-    .range = between(0, 1024),
-    .fallback = "0",
-    .help = "threads to work with; 0 is one per core. The results do not depend on it",
-};
-
-constexpr Parameter output(std::string_view help) {
-  return {
-      .name = "output",
-      .alias = "o",
-      .type = ValueType::folder,
-      .label = "DIR",
-      .required = true,
-      .help = help,
-  };
-}
+using commands::kThreads;
+using commands::output;
 
 constexpr Parameter kInfoParameters[] = {
     kScan,
@@ -212,187 +201,9 @@ constexpr Example kCommandsExamples[] = {
      "completion: to be written to ~/.local/share/bash-completion/completions/turgor"},
     {"commands -format json", "the schema, for programs that write plans"}};
 
-constexpr Parameter kSearch{
-    .name = "search",
-    .type = ValueType::folder,
-    .count = {1, any_number},
-    .help = "folders to look through for objects and included scripts",
-};
-constexpr Parameter kSamples{
-    .name = "samples",
-    .type = ValueType::integer,
-    .range = between(1, 256),
-    .fallback = "8",
-    .help = "rays a pixel of pictures",
-};
-constexpr Parameter kRunParameters[] = {
-    {
-        .name = "script",
-        .type = ValueType::path,
-        .required = true,
-        .positional = true,
-        .help = "commands of a scene",
-    },
-    output("folder for pictures, states, recording and result.json"),
-    {
-        .name = "at",
-        .range = between(-1e12, 1e12),
-        .count = {1, any_number},
-        .label = "TIME...",
-        .help = "times of the simulation at which pictures and measures are taken, besides start and end",
-    },
-    {
-        .name = "movie",
-        .range = above_up_to(0, 1e9),
-        .label = "INTERVAL",
-        .help =
-            "a frame at every interval of the simulation's time; an MP4 of them where ffmpeg is installed",
-    },
-    {
-        .name = "fps",
-        .type = ValueType::integer,
-        .range = between(1, 120),
-        .fallback = "25",
-        .help = "frames a second of the movie",
-    },
-    {
-        .name = "sheet",
-        .type = ValueType::flag,
-        .help = "all pictures on one sheet too, sheet.png, each under its time",
-    },
-    {
-        .name = "size",
-        .type = ValueType::integer,
-        .range = between(16, 8192),
-        .count = {2, 2},
-        .label = "WIDTH HEIGHT",
-        .help = "of pictures and movie in pixels, where the script does not say; else 960 by 720",
-    },
-    kSamples,
-    {
-        .name = "states",
-        .type = ValueType::flag,
-        .help = "write the state of the tissue with every picture",
-    },
-    kSearch,
-    kThreads,
-};
-constexpr Example kRunExamples[] = {
-    {"run wound_closure.bolio -o out/wound -at 5 10 40", "pictures at these times"},
-    {"run balldrape.bolio -o out/drape -movie 0.5", "with a movie"},
-    {"run twitch.bolio -o out/twitch -at 2 5 12 30 -sheet -size 480 360", "small, on one sheet"}};
-constexpr Parameter kShellParameters[] = {
-    {
-        .name = "script",
-        .type = ValueType::path,
-        .positional = true,
-        .help = "commands to begin with",
-    },
-    {
-        .name = "output",
-        .alias = "o",
-        .type = ValueType::folder,
-        .label = "DIR",
-        .help = "folder for what `picture` and `state` write; else the working folder",
-    },
-    {
-        .name = "record",
-        .type = ValueType::path,
-        .help = "script to write at the end that does the same again",
-    },
-    kSamples,
-    kSearch,
-    kThreads,
-};
-constexpr Example kShellExamples[] = {{"shell", "an empty scene"},
-                                      {"shell twitch.bolio -record session.turgor", "goes on from a script"}};
-
-constexpr Parameter skin_number(std::string_view name, std::string_view fallback, Range range,
-                                std::string_view help) {
-  return {
-      .name = name,
-      .range = range,
-      .fallback = fallback,
-      .help = help,
-  };
-}
-constexpr Parameter kSkinParameters[] = {
-    output("folder for plots, curves as tables, and skin.json"),
-    skin_number("lax", "0.7", above_up_to(0, 1e4), "stiffness of elastin, N/cm per strain"),
-    skin_number("stiff", "12", between(0, 1e4),
-                "stiffness of taut collagen along Langer's lines, N/cm per strain"),
-    skin_number("anisotropy", "2", above_up_to(0, 100), "of collagen along over across Langer's lines"),
-    skin_number("transition", "0.35", between(0, 5), "strain from which collagen acts along the lines"),
-    skin_number("transition_across", "0.55", between(0, 5), "the same across them"),
-    {
-        .name = "langer",
-        .unit = Unit::deg,
-        .range = between(-180, 180),
-        .fallback = "0",
-        .help = "angle between Langer's lines and the strip",
-    },
-    skin_number("rest_tension", "0", between(0, 100), "tension at strain 0, N/cm"),
-    kThreads,
-};
-constexpr Example kSkinExamples[] = {
-    {"skin -o out/skin", "the experiments of figures 2-1 to 2-5"},
-    {"skin -o out/tense -rest_tension 0.2 -langer 90", "across the lines, under tension"}};
-
-constexpr std::string_view kFills[] = {"crossings", "winding"};
-constexpr Parameter kMeshParameters[] = {
-    {
-        .name = "surface",
-        .type = ValueType::path,
-        .required = true,
-        .positional = true,
-        .help = "a surface: PLY, STL, OBJ or OFF, in mm",
-    },
-    {
-        .name = "resolution",
-        .type = ValueType::integer,
-        .range = between(1, 1024),
-        .fallback = "30",
-        .help = "voxels along the longest axis",
-    },
-    {
-        .name = "output",
-        .alias = "o",
-        .type = ValueType::path,
-        .label = "FILE",
-        .required = true,
-        .help =
-            "file to write: .ele (TetGen, with .node and .face beside it), .vtu, .msh (Gmsh), .inp (Abaqus, "
-            "CalculiX) or .solid (plain binary)",
-    },
-    {
-        .name = "no_border",
-        .type = ValueType::flag,
-        .help = "only voxels whose centre lies inside, not all that the surface touches",
-    },
-    {
-        .name = "fill",
-        .type = ValueType::choice,
-        .choices = kFills,
-        .fallback = "crossings",
-        .help =
-            "how inside is told: crossings of the grid lines, for closed surfaces; or the winding number, "
-            "which closes any opening but needs triangles that agree on what is outside",
-    },
-    {
-        .name = "hexahedra",
-        .type = ValueType::flag,
-        .help = "write the cubes instead of five tetrahedra for each",
-    },
-    kThreads,
-};
-constexpr Example kMeshExamples[] = {
-    {"mesh bunny.ply -resolution 75 -o out/bunny.vtu", "a solid of about half a million tetrahedra"},
-    {"mesh skull.stl -resolution 40 -fill winding -hexahedra -o out/skull.inp",
-     "an open surface as cubes for CalculiX"}};
-
 constexpr Example kVersionExamples[] = {{"version", "the version of the program and its libraries"}};
 
-constexpr CommandDeclaration kCommands[] = {
+constexpr CommandDeclaration kHeadCommands[] = {
     {
         .name = "info",
         .group = "Scans",
@@ -434,51 +245,9 @@ constexpr CommandDeclaration kCommands[] = {
         .parameters = kPredictParameters,
         .examples = kPredictExamples,
     },
-    {
-        .name = "run",
-        .group = "Scenes",
-        .summary = "Run a script of a scene to its end",
-        .description = "Objects, tissue, muscles, sutures and views as commands. Writes pictures, the states "
-                       "asked for, a "
-                       "recording that gives the same bits when it is run, and result.json.",
-        .parameters = kRunParameters,
-        .examples = kRunExamples,
-    },
-    {
-        .name = "shell",
-        .group = "Scenes",
-        .summary = "A console for scenes",
-        .description =
-            "Commands with completion and history; a command that lacks something asks for it. Ctrl-C ends a "
-            "simulation, not the shell.",
-        .parameters = kShellParameters,
-        .examples = kShellExamples,
-    },
-    {
-        .name = "skin",
-        .group = "Scenes",
-        .summary = "Pull a strip of skin: load, hysteresis, relaxation, creep, pre-conditioning",
-        .description = "The experiments that Pieper (1989) shows in figures 2-1 to 2-5, on a strip of 5 cm "
-                       "by 1 cm of the "
-                       "program's own skin, as plots and tables.",
-        .parameters = kSkinParameters,
-        .examples = kSkinExamples,
-    },
-    {
-        .name = "mesh",
-        .group = "Solids",
-        .summary = "Fill a surface with tetrahedra or cubes",
-        .description =
-            "Voxels inside the surface, and those it touches, each split into five tetrahedra that share "
-            "whole "
-            "faces with their neighbours (Morris 2006, section 2). Points and faces of the surface are "
-            "marked "
-            "in the file. Shells within shells are cavities, what overlaps is joined. Holes of up to one "
-            "voxel "
-            "or 0.15 of the longest axis are closed; a wider one is an error that says where it is.",
-        .parameters = kMeshParameters,
-        .examples = kMeshExamples,
-    },
+};
+
+constexpr CommandDeclaration kOwnCommands[] = {
     {
         .name = "help",
         .group = "The program",
@@ -500,6 +269,17 @@ constexpr CommandDeclaration kCommands[] = {
         .examples = kVersionExamples,
     },
 };
+
+constexpr auto kCommands = [] {
+  using commands::kSceneProgramCommands;
+  std::array<CommandDeclaration,
+             std::size(kHeadCommands) + std::size(kSceneProgramCommands) + std::size(kOwnCommands)>
+      all;
+  auto next = std::ranges::copy(kHeadCommands, all.begin()).out;
+  next = std::ranges::copy(kSceneProgramCommands, next).out;
+  std::ranges::copy(kOwnCommands, next);
+  return all;
+}();
 
 }  // namespace
 

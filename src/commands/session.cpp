@@ -26,18 +26,6 @@ const std::map<std::string_view, commands::SceneHandler>& handlers() {
   return table;
 }
 
-// An error told from the command that met it, unless it names a place in that line already.
-Error at(const SourcePlace& place, const Error& error) {
-  const std::string line = place.line > 0 ? fmt::format("{}:{}:", *place.file, place.line) : place.text();
-  if (error.where.starts_with(line)) return error;
-  const std::string what = error.where.empty() ? error.what : error.where + ": " + error.what;
-  return {error.kind, what, place.text(), error.remedy};
-}
-
-std::string number(double value) {
-  return fmt::format("{}", value);  // the shortest that reads back to the same bits
-}
-
 // ---- recording ----
 
 // Frames that passed since the last line stand before the next one, so that a replay has every command in the
@@ -52,10 +40,10 @@ void record(SessionState& s, std::string line) {
 void record_simulation(SessionState& s) {
   if (!s.simulation || s.simulation->taken == 0) return;
   Simulation& run = *s.simulation;
-  std::string line =
-      fmt::format("simulate {} -dt {} -skip {} -resume", run.taken, number(run.options.dt), run.skip);
+  std::string line = fmt::format("simulate {} -dt {} -skip {} -resume", run.taken,
+                                 commands::format_number(run.options.dt), run.skip);
   if (run.options.tolerance > 0)
-    line += " -adaptive " + number(run.options.tolerance);
+    line += " -adaptive " + commands::format_number(run.options.tolerance);
   else if (run.options.integrator == Integrator::heun)
     line += " -runge_kutta";
   record(s, std::move(line));
@@ -113,7 +101,7 @@ Result<void> execute(SessionState& s, ScriptLine line) {
   }
   record_simulation(s);
   const auto done = found->second(s, *invocation);
-  if (!done) return at(invocation->place(), done.error());
+  if (!done) return commands::told_at(invocation->place(), done.error());
   settle(s);
   if (commands::is_recorded(invocation->name())) record(s, invocation->text());
   return {};
@@ -150,17 +138,13 @@ void sample_devices(SessionState& s) {
 
 // ---- simulating ----
 
-bool is_over(const Simulation& run, double time) {
-  return run.left == 0 || (run.until && time > *run.until - 0.5 * run.options.dt);
-}
-
 void end_simulation(SessionState& s) {
   record_simulation(s);
   const SimulationReport& report = s.simulation->report;
   if (report.sub_steps > report.steps && s.simulation->options.tolerance <= 0) {
     s.context.notice(fmt::format(
         "{}: steps of {} were taken in parts, {:.1f} on average: {:.3g} is the longest stable one",
-        s.simulation->place.text(), number(s.simulation->options.dt),
+        s.simulation->place.text(), commands::format_number(s.simulation->options.dt),
         static_cast<double>(report.sub_steps) / static_cast<double>(report.steps), report.shortest_stable));
   }
   if (report.most_coincident > 0) {
@@ -192,10 +176,10 @@ void drop(SessionState& s) {
 // As many steps as lie between two drawings; fewer where the user stops them.
 Result<void> take_steps(SessionState& s) {
   Simulation& run = *s.simulation;
-  for (std::int64_t i = 0; i < run.skip && !is_over(run, s.scene.time); ++i) {
+  for (std::int64_t i = 0; i < run.skip && !run.is_over(s.scene.time); ++i) {
     TURGOR_CHECK(s.context.check());
     const auto done = s.scene.specimen.step(s.scene.time, run.options, run.report, s.context);
-    if (!done) return at(run.place, done.error());
+    if (!done) return commands::told_at(run.place, done.error());
     s.scene.time += run.options.dt;
     ++run.taken;
     s.stepped = true;
@@ -215,7 +199,7 @@ Result<void> simulate(SessionState& s) {
   s.scene.constraints.notify({Node::Kind::time, 0});
   s.scene.serve_constraints();
   show_progress(s, *s.simulation);
-  if (done && is_over(*s.simulation, s.scene.time)) end_simulation(s);
+  if (done && s.simulation->is_over(s.scene.time)) end_simulation(s);
   return done;
 }
 

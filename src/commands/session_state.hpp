@@ -24,6 +24,10 @@ struct Simulation {
   double began = 0;
   SimulationReport report;
   SourcePlace place;
+
+  [[nodiscard]] bool is_over(double time) const {
+    return left == 0 || (until && time > *until - 0.5 * options.dt);
+  }
 };
 
 struct DeviceReading {
@@ -81,10 +85,6 @@ std::string recording_of(const SessionState& s);
 /// Not those that only talk, and not `simulate`, which is recorded by the steps it took.
 bool is_recorded(std::string_view command);
 
-/// Guard against inversion over the modulus of volumes, where none is given: no prism of the thesis's scripts
-/// turns over at half of it.
-inline constexpr double kGuardShare = 10;
-
 /// All numbers of a text file, parted by blanks, commas or lines.
 Result<std::vector<double>> read_numbers(const std::string& file);
 /// What a device reads now.
@@ -92,7 +92,6 @@ void read_device(SessionState& s, const std::string& device, const Vec3& value);
 /// A sample by its name, or as FLESH:LAYER:NUMBER.
 Result<SampleRef> find_sample(const Scene& scene, const std::string& text);
 Result<Region> region_of(const Invocation& c);
-SpringLaw scene_law(const std::string& word);
 inline Vec3 triple(const Invocation& c, std::string_view parameter) {
   const auto n = c.numbers(parameter);
   return {n.at(0), n.at(1), n.at(2)};

@@ -6,12 +6,13 @@
 #include "session_state.hpp"
 #include "turgor/core/file.hpp"
 #include "turgor/world/flesh_objects.hpp"
+#include "values.hpp"
 
 namespace turgor::commands {
 namespace {
 
 SpringOptions spring_options(const Invocation& c) {
-  return {c.number("c"), scene_law(c.word("m")), c.number("v"), c.number("cutoff")};
+  return {c.number("c"), law_named(c.word("m")), c.number("v"), c.number("cutoff")};
 }
 
 // ---- flesh_out ----
@@ -45,31 +46,18 @@ Result<std::vector<std::vector<double>>> thicknesses(const Invocation& c) {
   return out;
 }
 
-// Twice the constant over the mean edge squared: as stiff against a change of volume as the springs are
-// against one of length.
-double default_volume(const Polyhedron& source, double constant) {
-  double sum = 0;
-  const auto all = edges(source);
-  for (const Edge& e : all)
-    sum += distance(source.points[static_cast<std::size_t>(e[0])],
-                    source.points[static_cast<std::size_t>(e[1])]);
-  const double mean = all.empty() ? 0 : sum / static_cast<double>(all.size());
-  const double modulus = 2 * constant / (mean * mean);
-  return std::isfinite(modulus) ? std::min(modulus, 1e12) : 0;
-}
-
 Result<void> flesh_out(SessionState& s, const Invocation& c) {
   FleshOptions options;
   TURGOR_TRY(options.thickness, thicknesses(c));
   options.mass_g = c.number("me");
   options.stiffness_n = c.number("sc");
-  options.law = scene_law(c.word("m"));
+  options.law = law_named(c.word("m"));
   options.fix_bone = c.flag("fix_bone");
   TURGOR_TRY(const int id, s.scene.require(c.word("object")));
   if (!c.flag("springs_only")) {
     options.volume_modulus_mpa =
         c.given("volume") ? c.number("volume")
-                          : default_volume(world_polyhedron(*s.scene.find(id)), options.stiffness_n);
+                          : default_volume_modulus(world_polyhedron(*s.scene.find(id)), options.stiffness_n);
     options.inversion_guard_mpa =
         c.given("guard") ? c.number("guard") : kGuardShare * options.volume_modulus_mpa;
   }
@@ -114,7 +102,7 @@ Result<void> collide(SessionState& s, const Invocation& c, bool clings) {
   TURGOR_TRY(collision.barrier, barrier_of(s.scene, collision.object, collision.shape));
   collision.placed = s.scene.find(collision.object)->transform;
   collision.barrier.stiffness_n = c.number("c");
-  collision.barrier.law = scene_law(c.word("m"));
+  collision.barrier.law = law_named(c.word("m"));
   collision.barrier.clings = clings;
   collision.barrier.threshold_mm = c.number("threshold");
   collision.barrier.reach_mm = c.number("distance");
@@ -169,7 +157,7 @@ Result<SampleRef> indexed(const Specimen& specimen, const Invocation& c, int bod
 // Its drawing is there at once, for the commands that follow.
 Result<void> add_fibre(SessionState& s, const Invocation& c, SampleRef a, SampleRef b) {
   TURGOR_CHECK(s.scene.specimen.add_fibre(c.word("muscle"), a, b, spring_options(c)));
-  return update_flesh_objects(s.scene);
+  return update_muscle_objects(s.scene);
 }
 
 Result<void> add_muscle(SessionState& s, const Invocation& c) {
@@ -246,8 +234,7 @@ Result<void> simulate(SessionState& s, const Invocation& c) {
   run.resumes = c.flag("resume");
   run.began = s.scene.time;
   run.place = c.place();
-  const bool nothing_to_do = run.left == 0 || (run.until && s.scene.time > *run.until - 0.5 * run.options.dt);
-  if (!nothing_to_do) s.simulation = run;
+  if (!run.is_over(s.scene.time)) s.simulation = run;
   return {};
 }
 
@@ -257,14 +244,6 @@ Result<void> frame(SessionState& s, const Invocation& c) {
 }
 
 }  // namespace
-
-SpringLaw scene_law(const std::string& word) {
-  if (word == "exponential" || word == "1") return SpringLaw::exponential;
-  if (word == "logarithmic" || word == "2") return SpringLaw::logarithmic;
-  if (word == "square" || word == "3") return SpringLaw::square;
-  if (word == "collagen") return SpringLaw::collagen;
-  return SpringLaw::linear;
-}
 
 Result<std::vector<double>> read_numbers(const std::string& file) {
   TURGOR_TRY(const std::string text, read_text_file(file));

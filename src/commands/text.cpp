@@ -88,6 +88,13 @@ std::string wrapped(std::string_view text, int indent, int width) {
   return out;
 }
 
+Error told_at(const SourcePlace& place, const Error& error) {
+  const std::string line = place.line > 0 ? fmt::format("{}:{}:", *place.file, place.line) : place.text();
+  if (error.where.starts_with(line)) return error;
+  const std::string what = error.where.empty() ? error.what : error.where + ": " + error.what;
+  return {error.kind, what, place.text(), error.remedy};
+}
+
 std::string format_number(double value) {
   return fmt::format("{}", value);
 }

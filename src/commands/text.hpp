@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "turgor/commands/script.hpp"
+
 namespace turgor::commands {
 
 /// The UTF-8 character at the start of `text`: its code point and length in bytes; length 0 where it is
@@ -28,6 +30,10 @@ std::string join_alternatives(const std::vector<std::string>& words, std::string
 /// `text` broken at blanks into lines of at most `width` characters, each after the first behind `indent`
 /// blanks.
 std::string wrapped(std::string_view text, int indent, int width);
+
+/// An error met while something was done for `place`, told from there; as it is where it names a place in
+/// that line already.
+Error told_at(const SourcePlace& place, const Error& error);
 
 /// The shortest text that reads back as the same number.
 std::string format_number(double value);

@@ -218,4 +218,12 @@ std::string suggestion(std::string_view kind, std::string_view word,
   return "Write " + join_alternatives(all);
 }
 
+SpringLaw law_named(std::string_view word) {
+  if (word == "exponential" || word == "1") return SpringLaw::exponential;
+  if (word == "logarithmic" || word == "2") return SpringLaw::logarithmic;
+  if (word == "square" || word == "3") return SpringLaw::square;
+  if (word == "collagen") return SpringLaw::collagen;
+  return SpringLaw::linear;
+}
+
 }  // namespace turgor::commands

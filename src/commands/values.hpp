@@ -5,6 +5,7 @@
 #include <string>
 
 #include "turgor/commands/script.hpp"
+#include "turgor/tissue/network.hpp"
 
 namespace turgor::commands {
 
@@ -22,6 +23,9 @@ std::string value_label(const Parameter& parameter);
 std::string describe_value(const Parameter& parameter);
 /// "0 to 40", "above 0", "at least 1", "from above 0 to 1"; empty where all numbers are allowed.
 std::string describe_range(const Parameter& parameter);
+
+/// A spring law by its name, or by its number in the thesis's scripts (scene_parameters.hpp).
+SpringLaw law_named(std::string_view word);
 
 /// "Give at least one of -box or -sphere."
 std::string describe_rule(const Rule& rule);

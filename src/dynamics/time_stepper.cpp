@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/motion_check.hpp"
 #include "dynamics/network_blocks.hpp"
 #include "math/lanes.hpp"
 #include "tissue/incidence.hpp"
@@ -18,6 +19,7 @@ namespace {
 
 using Quad = TimeStepper::Workspace::Quad;
 using Wants = NetworkBlocks::Wants;
+using detail::bad_motion;
 
 constexpr std::size_t kGrain = 2048;
 constexpr std::size_t kAhead = 16;     // points whose memory is fetched before its turn
@@ -33,89 +35,6 @@ constexpr double kEulerPart = 1.4, kHeunPart = 1.0;
 // Barriers count for more than they are: they let go within a step, and what a long one gains at that keeps
 // tissue trembling on them. Draped over a hard ball it comes to rest from 9 on (to a third of the step).
 constexpr double kBarrierWeight = 9;
-
-Error bad(std::string what, std::string remedy) {
-  return {ErrorKind::bad_input, std::move(what), "motion", std::move(remedy)};
-}
-
-bool at_least_zero(double x) {
-  return std::isfinite(x) && x >= 0;
-}
-
-Result<void> check_springs(const MotionModel& model) {
-  if (!model.springs.empty() && model.springs.size() != model.network.springs.size()) {
-    return bad(fmt::format("{} viscosities are given for {} springs", model.springs.size(),
-                           model.network.springs.size()),
-               "Give one for each spring, or none");
-  }
-  for (std::size_t i = 0; i < model.springs.size(); ++i) {
-    const SpringMotion& s = model.springs[i];
-    if (!at_least_zero(s.viscosity) || !at_least_zero(s.cutoff_mm)) {
-      return bad(
-          fmt::format("spring {} has the viscosity {} and the cut-off {}", i, s.viscosity, s.cutoff_mm),
-          "Both must be finite numbers of at least 0");
-    }
-  }
-  return {};
-}
-
-Result<void> check_relaxation(std::span<const Relaxation> relaxation) {
-  double shares = 0;
-  for (const Relaxation& r : relaxation) {
-    if (!at_least_zero(r.share) || !(std::isfinite(r.time_ms) && r.time_ms > 0))
-      return bad(fmt::format("a share of {} relaxes with the time {} ms", r.share, r.time_ms),
-                 "The share must be at least 0, the time above 0");
-    shares += r.share;
-  }
-  if (!(shares < 1))
-    return bad(fmt::format("{} of the tension relaxes", shares), "The shares must add up to less than 1");
-  return {};
-}
-
-Result<void> check_barriers(std::span<const Barrier> barriers, std::size_t points) {
-  for (const Barrier& barrier : barriers) {
-    TURGOR_CHECK(validate(barrier));
-    for (const int p : barrier.points) {
-      if (p < 0 || at(p) >= points)
-        return bad(fmt::format("a barrier acts on point {} of {}", p, points), "Point numbers start at 0");
-    }
-  }
-  return {};
-}
-
-Result<void> check(const MotionModel& model) {
-  TURGOR_CHECK(validate(model.network));
-  TURGOR_CHECK(check_springs(model));
-  if (!model.mobile.empty() && model.mobile.size() != model.network.rest.size()) {
-    return bad(fmt::format("{} points are told mobile or fixed, of {}", model.mobile.size(),
-                           model.network.rest.size()),
-               "Tell it of each point, or of none");
-  }
-  for (std::size_t i = 0; i < model.network.rest.size(); ++i) {
-    const bool mobile = model.mobile.empty() || model.mobile[i] != 0;
-    if (mobile && !(model.network.mass_g[i] > 0)) {
-      return bad(fmt::format("the mobile point {} has no mass", i), "Give it one, or fix it");
-    }
-  }
-  if (!is_finite(model.gravity_mm_ms2)) return bad("gravity is not finite", "Give an acceleration in mm/ms²");
-  if (!at_least_zero(model.damping_g_ms)) {
-    return bad(fmt::format("the damping is {} g/ms", model.damping_g_ms),
-               "It must be a finite number of at least 0");
-  }
-  TURGOR_CHECK(check_barriers(model.barriers, model.network.rest.size()));
-  return check_relaxation(model.relaxation);
-}
-
-Result<void> check_control(double duration_ms, const StepControl& c) {
-  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
-  if (!positive(duration_ms) || !positive(c.tolerance_mm) || !positive(c.shortest_ms) ||
-      !(std::isfinite(c.longest_ms) && c.longest_ms >= c.shortest_ms)) {
-    return bad(fmt::format("{} ms in steps of {} to {} ms with a tolerance of {} mm", duration_ms,
-                           c.shortest_ms, c.longest_ms, c.tolerance_mm),
-               "All must be above 0, the shortest step no longer than the longest");
-  }
-  return {};
-}
 
 }  // namespace
 
@@ -135,8 +54,8 @@ struct TimeStepper::Outcome {
   }
   [[nodiscard]] bool is_gone() const { return gone != std::numeric_limits<int>::max(); }
   [[nodiscard]] Error departure() const {
-    return bad(fmt::format("point {} leaves for more than a thousand kilometres", gone),
-               "Make gravity or the forces on it smaller");
+    return bad_motion(fmt::format("point {} leaves for more than a thousand kilometres", gone),
+                      "Make gravity or the forces on it smaller");
   }
   static Outcome worst(const Outcome& a, const Outcome& b) {
     return {std::max(a.fastest, b.fastest), a.coincident + b.coincident, std::min(a.gone, b.gone),
@@ -152,7 +71,7 @@ struct TimeStepper::SubStep {
 };
 
 Result<TimeStepper> TimeStepper::prepare(MotionModel model) {
-  TURGOR_CHECK(check(model));
+  TURGOR_CHECK(detail::check(model));
   return TimeStepper(std::move(model));
 }
 
@@ -205,10 +124,11 @@ double TimeStepper::acting_share(const Spring& s) const {
 Result<void> TimeStepper::set_rest_length(int spring, double rest_length_mm) {
   auto& springs = model_.network.springs;
   if (spring < 0 || at(spring) >= springs.size())
-    return bad(fmt::format("there is no spring {}, of {}", spring, springs.size()), "Numbers start at 0");
+    return bad_motion(fmt::format("there is no spring {}, of {}", spring, springs.size()),
+                      "Numbers start at 0");
   if (!(std::isfinite(rest_length_mm) && rest_length_mm > 0)) {
-    return bad(fmt::format("the rest length of spring {} is to be {} mm", spring, rest_length_mm),
-               "It must be a finite number above 0");
+    return bad_motion(fmt::format("the rest length of spring {} is to be {} mm", spring, rest_length_mm),
+                      "It must be a finite number above 0");
   }
   springs[at(spring)].rest_length_mm = rest_length_mm;
   blocks_->set_rest_length(spring, rest_length_mm);
@@ -216,7 +136,7 @@ Result<void> TimeStepper::set_rest_length(int spring, double rest_length_mm) {
 }
 
 Result<void> TimeStepper::set_barriers(std::vector<Barrier> barriers) {
-  TURGOR_CHECK(check_barriers(barriers, model_.network.rest.size()));
+  TURGOR_CHECK(detail::check_barriers(barriers, model_.network.rest.size()));
   model_.barriers = std::move(barriers);
   assign_barriers();
   return {};
@@ -435,7 +355,7 @@ Result<void> TimeStepper::check_state(const MotionState& state) const {
   const std::size_t points = model_.network.rest.size();
   if (state.position.size() != points || state.velocity.size() != points ||
       state.relaxed.size() != relaxing_.size()) {
-    return bad(
+    return bad_motion(
         fmt::format("the state has {} positions, {} velocities and {} relaxed springs for {} points and {}",
                     state.position.size(), state.velocity.size(), state.relaxed.size(), points,
                     relaxing_.size()),
@@ -471,7 +391,7 @@ TimeStepper::SubStep TimeStepper::sub_step(const MotionState& from, MotionState&
 Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrator integrator,
                                      Context& context, Workspace& w) const {
   if (!(dt_ms > 0 && std::isfinite(dt_ms)))
-    return bad(fmt::format("the time step is {} ms", dt_ms), "It must be above 0");
+    return bad_motion(fmt::format("the time step is {} ms", dt_ms), "It must be above 0");
   TURGOR_CHECK(check_state(state));
   MotionState *from = &state, *to = &w.next, *other = &w.spare;
   StepReport report;
@@ -481,9 +401,9 @@ Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrato
     const int most_parts = kMostSubSteps - report.sub_steps;
     const SubStep s = sub_step(*from, *to, left, most_parts, integrator, w);
     if (!(s.parts <= most_parts)) {
-      return bad(fmt::format("a step of {:g} ms would take more than {} stable steps of {:g} ms", dt_ms,
-                             kMostSubSteps, s.stable_ms),
-                 "Make the springs softer, the masses larger, or the step shorter");
+      return bad_motion(fmt::format("a step of {:g} ms would take more than {} stable steps of {:g} ms",
+                                    dt_ms, kMostSubSteps, s.stable_ms),
+                        "Make the springs softer, the masses larger, or the step shorter");
     }
     if (s.outcome.is_gone()) return s.outcome.departure();
     if (report.sub_steps == 0) report.stable_step_ms = s.stable_ms, report.coincident_springs = s.coincident;
@@ -499,7 +419,7 @@ Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrato
 
 Result<AdvanceReport> TimeStepper::advance(MotionState& state, double duration_ms, const StepControl& control,
                                            Context& context, Workspace& w) const {
-  TURGOR_CHECK(check_control(duration_ms, control));
+  TURGOR_CHECK(detail::check_control(duration_ms, control));
   TURGOR_CHECK(check_state(state));
   MotionState *from = &state, *to = &w.next, *other = &w.spare;
   AdvanceReport report;
@@ -510,8 +430,8 @@ Result<AdvanceReport> TimeStepper::advance(MotionState& state, double duration_m
     TURGOR_CHECK(context.check());
     const double parts = std::max(1.0, std::ceil(left / wanted)), dt = left / parts;
     if (!(tries < kMostAdvances && wanted > 0)) {
-      return bad(fmt::format("{:g} ms would take more than {} steps", duration_ms, kMostAdvances),
-                 "Allow a larger error, make the springs softer, or the masses larger");
+      return bad_motion(fmt::format("{:g} ms would take more than {} steps", duration_ms, kMostAdvances),
+                        "Allow a larger error, make the springs softer, or the masses larger");
     }
     const double stable = stable_step(predict(*from, dt, w), Integrator::heun);
     if (dt > stable) {

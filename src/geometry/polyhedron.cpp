@@ -1,10 +1,11 @@
 #include "turgor/geometry/polyhedron.hpp"
-#include "turgor/core/index.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdint>
+
+#include "turgor/core/index.hpp"
 
 namespace turgor {
 namespace {

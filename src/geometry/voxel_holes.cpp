@@ -5,11 +5,10 @@
 #include "geometry/voxel_fill.hpp"
 #include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
+#include "turgor/geometry/polyhedron.hpp"
 
 namespace turgor::detail {
 namespace {
-
-using Edge = std::array<int, 2>;
 
 /// Keeps one of each edge that occurs an odd number of times in the sorted list.
 void keep_odd(std::vector<Edge>& edges) {

@@ -1,10 +1,12 @@
 #include "turgor/world/skin_experiments.hpp"
-#include "turgor/core/index.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "turgor/core/index.hpp"
+#include "world/langer.hpp"
 
 namespace turgor {
 namespace {
@@ -21,6 +23,12 @@ Error bad(std::string what, std::string remedy) {
 
 bool is_between(double x, double low, double high) {
   return x >= low && x <= high;
+}
+
+double kept_share(const SkinProperties& s) {
+  double left = 1;
+  for (const Relaxation& r : s.relaxation) left -= r.share;
+  return left;
 }
 
 Result<void> check(const SkinProperties& s) {
@@ -40,16 +48,9 @@ Result<void> check(const SkinProperties& s) {
     return bad(fmt::format("transitions at strains {} and {}", s.transition_along, s.transition_across),
                "Give strains of 0 to 5");
   }
-  double left = 1;
-  for (const Relaxation& r : s.relaxation) left -= r.share;
+  const double left = kept_share(s);
   if (!(left >= 0.05)) return bad(fmt::format("{} of the tension stays", left), "Let at least 0.05 stay");
   return {};
-}
-
-double kept_share(const SkinProperties& s) {
-  double left = 1;
-  for (const Relaxation& r : s.relaxation) left -= r.share;
-  return left;
 }
 
 /// Of elastin that keeps the rest tension for ever.
@@ -61,12 +62,11 @@ struct Collagen {
   double stiffness_n_cm, transition;
 };
 
-/// Of fibres at an angle to Langer's lines: between along and across as the square of the cosine.
+/// Of fibres at an angle to Langer's lines.
 Collagen collagen_at(const SkinProperties& s, double angle_deg) {
-  const double c = std::cos(radians(angle_deg)), along = c * c;
-  const double across = s.stiff_n_cm / s.anisotropy;
-  return {across + (s.stiff_n_cm - across) * along,
-          s.transition_across + (s.transition_along - s.transition_across) * along};
+  const double c = std::cos(radians(angle_deg));
+  return {at_angle(s.stiff_n_cm, s.stiff_n_cm / s.anisotropy, c * c),
+          at_angle(s.transition_along, s.transition_across, c * c)};
 }
 
 /// The strip and its state.

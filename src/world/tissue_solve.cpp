@@ -1,5 +1,4 @@
 #include "world/tissue_solve.hpp"
-#include "turgor/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -7,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 #include <utility>
+
+#include "turgor/core/index.hpp"
 
 namespace turgor {
 namespace {

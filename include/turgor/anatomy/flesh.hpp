@@ -55,6 +55,12 @@ struct FleshOptions {
   double volume_modulus_mpa = 0, inversion_guard_mpa = 0;
   bool fix_bone = false;  ///< layer 0 does not move
 };
+/// Volume modulus as stiff against a change of volume as springs of this stiffness are against one of length:
+/// twice it over the mean edge squared. 0 without edges of any length.
+double default_volume_modulus(const Polyhedron& source, double stiffness_n);
+/// Inversion guard over that modulus: no prism of the thesis's scripts turns over at half of it.
+inline constexpr double kGuardShare = 10;
+
 /// Layers along the vertex normals of `source`, which becomes layer 0; its loose lines are left out. Errors:
 /// an invalid source or one without polygons, points that no polygon uses or without a normal, thicknesses of
 /// the wrong number or sign, more than 20 million samples.

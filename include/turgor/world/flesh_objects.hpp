@@ -9,20 +9,18 @@
 
 namespace turgor {
 
-/// "skin", "smas", "bone" of three layers; the outermost is always skin, the innermost bone, those between
-/// of other numbers "layer1", "layer2" …
-std::string layer_name(int layer, int layers);
-
 /// Builds layers outward from an object in the world (`flesh_out`), adds them to the scene's tissue under
 /// the object's name, and makes their drawings: "skin.face.NAME" with polygons, "smas.face.NAME",
-/// "bone.face.NAME" … with the springs of the layer as lines. Errors: no such polyhedron; those of
-/// flesh_out().
+/// "bone.face.NAME" (of other numbers of layers those between bone and skin are "layer1.face.NAME" …) with
+/// the springs of the layer as lines. Errors: no such polyhedron; those of flesh_out().
 Result<void> flesh_out_object(Scene& scene, const std::string& source, const FleshOptions& options,
                               double viscosity);
 
 /// `update_all_face_objects`: shapes of all drawings of tissue, muscles and sutures ("muscles.NAME") as the
 /// samples lie now.
 Result<void> update_flesh_objects(Scene& scene);
+/// Those of muscles and sutures alone.
+Result<void> update_muscle_objects(Scene& scene);
 /// Whether an object of that name is drawn anew at every update.
 bool is_drawing(const Specimen& specimen, const std::string& name);
 /// Barriers of objects that have moved since.

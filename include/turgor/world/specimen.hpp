@@ -113,7 +113,7 @@ struct SimulationOptions {
 
 /// What a step, or many, took.
 struct SimulationReport {
-  std::int64_t steps = 0, sub_steps = 0, rejected = 0;
+  std::int64_t steps = 0, sub_steps = 0;
   double shortest_stable = std::numeric_limits<double>::infinity();
   int most_coincident = 0;
 };
@@ -200,6 +200,7 @@ class Specimen {
                     Context& context);
 
  private:
+  Result<Muscle*> require_muscle(const std::string& name);
   Result<void> rebuild(FleshBody& body);
   void renumber();
   void carry_over(int body, const FleshMap& map);

@@ -19,6 +19,13 @@ constexpr Vec3f kSmasColour{0.42f, 0.13f, 0.05f}, kBoneColour{0.16f, 0.17f, 0.20
 constexpr Vec3f kMuscleColour{0.78f, 0.0f, 0.02f};
 constexpr double kMeshWidth = 0.8, kLayerWidth = 0.6, kMuscleWidth = 2;
 
+// Of three layers the thesis's names; others between bone and skin are counted.
+std::string layer_name(int layer, int layers) {
+  if (layer == layers - 1) return "skin";
+  if (layer == 0) return "bone";
+  return layers == 3 ? "smas" : fmt::format("layer{}", layer);
+}
+
 std::string drawing(const std::string& layer, const std::string& flesh) {
   return layer + ".face." + flesh;
 }
@@ -89,12 +96,6 @@ Result<void> show(Scene& scene, const std::string& name, Polyhedron shape, const
 
 }  // namespace
 
-std::string layer_name(int layer, int layers) {
-  if (layer == layers - 1) return "skin";
-  if (layer == 0) return "bone";
-  return layers == 3 ? "smas" : fmt::format("layer{}", layer);
-}
-
 Result<void> flesh_out_object(Scene& scene, const std::string& source, const FleshOptions& options,
                               double viscosity) {
   TURGOR_TRY(const int id, scene.require(source));
@@ -118,6 +119,10 @@ Result<void> update_flesh_objects(Scene& scene) {
       TURGOR_CHECK(show(scene, name, drawn_shape(bodies[b], layer, positions), optics_of(layer, layers)));
     }
   }
+  return update_muscle_objects(scene);
+}
+
+Result<void> update_muscle_objects(Scene& scene) {
   Optics red;
   red.diffuse = kMuscleColour;
   red.line_width = kMuscleWidth;
@@ -188,7 +193,7 @@ Result<Barrier> barrier_of(const Scene& scene, int object, RegionShape shape) {
 
 Result<void> update_collisions(Scene& scene) {
   scene.specimen.forget_collisions([&](const Collision& c) { return scene.find(c.object) == nullptr; });
-  const auto collisions = scene.specimen.collisions();
+  const auto& collisions = scene.specimen.collisions();
   for (std::size_t i = 0; i < collisions.size(); ++i) {
     const Object& object = *scene.find(collisions[i].object);
     if (object.transform == collisions[i].placed) continue;

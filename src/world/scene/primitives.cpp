@@ -10,6 +10,7 @@
 
 #include "turgor/core/nearest.hpp"
 #include "turgor/world/object_file.hpp"
+#include "world/scene/bad_input.hpp"
 #include "world/scene/name.hpp"
 
 namespace turgor {
@@ -134,10 +135,6 @@ Polyhedron line() {
   return out;
 }
 
-Error bad(std::string what, std::string remedy) {
-  return {ErrorKind::bad_input, std::move(what), {}, std::move(remedy)};
-}
-
 /// N.M of grid.N.M.
 Result<GridSize> grid_size(const std::string& name, std::string_view text) {
   std::array<long long, 2> count{};
@@ -148,14 +145,14 @@ Result<GridSize> grid_size(const std::string& name, std::string_view text) {
     const bool closed = i == 0 ? stop != end && *stop == '.' : stop == end;
     if (code == std::errc::result_out_of_range) count[i] = kMostPoints + 1;
     if ((code != std::errc{} && code != std::errc::result_out_of_range) || !closed || count[i] < 2) {
-      return bad(fmt::format("no grid of the name {}", shown_name(name)),
-                 "Give the points along x and along y, two or more, as in grid.10.10");
+      return bad_input(fmt::format("no grid of the name {}", shown_name(name)),
+                       "Give the points along x and along y, two or more, as in grid.10.10");
     }
     at = closed && i == 0 ? stop + 1 : stop;
   }
   if (count[0] > kMostPoints || count[1] > kMostPoints || count[0] * count[1] > kMostPoints) {
-    return bad(fmt::format("{} would have more than 4 million points", shown_name(name)),
-               "Ask for a coarser grid");
+    return bad_input(fmt::format("{} would have more than 4 million points", shown_name(name)),
+                     "Ask for a coarser grid");
   }
   return GridSize{static_cast<int>(count[0]), static_cast<int>(count[1])};
 }
@@ -194,7 +191,7 @@ Result<Polyhedron> shape(const std::string& name) {
     if (const auto nearest = nearest_primitive(name); !nearest.empty()) {
       remedy = fmt::format("Did you mean {}?", nearest);
     }
-    return bad(fmt::format("no primitive of the name {}", shown_name(name)), remedy);
+    return bad_input(fmt::format("no primitive of the name {}", shown_name(name)), remedy);
   }
   if (const Plain* const plain = std::get_if<Plain>(&primitive->make)) return (*plain)();
   TURGOR_TRY(const GridSize size, grid_size(name, std::string_view(name).substr(primitive->name.size() + 1)));

@@ -7,15 +7,12 @@
 
 #include "turgor/core/nearest.hpp"
 #include "turgor/world/object_constraints.hpp"
+#include "world/scene/constraint_tools.hpp"
 #include "world/scene/name.hpp"
 #include "world/scene/transforms.hpp"
 
 namespace turgor {
 namespace {
-
-Node node_of(int id) {
-  return {Node::Kind::object, id};
-}
 
 template <class Items>
 auto* find_named(Items& items, const std::string& name) {
@@ -77,7 +74,7 @@ bool Scene::remove_object(const std::string& name) {
   const auto gone = objects_.extract(id);
   for (World& world : worlds) std::erase(world.objects, gone.mapped().name);
   hardened_.erase(id);
-  constraints.remove_dependents(node_of(id));
+  constraints.remove_dependents(object_node(id));
   return true;
 }
 
@@ -112,7 +109,7 @@ void Scene::set_transform(int id, const ObjectTransform& transform) {
   const auto found = objects_.find(id);
   if (found == objects_.end() || found->second.transform == transform || !is_finite(transform)) return;
   found->second.transform = transform;
-  constraints.notify(node_of(id));
+  constraints.notify(object_node(id));
 }
 
 void Scene::set_description(int id, Description description) {
@@ -120,7 +117,7 @@ void Scene::set_description(int id, Description description) {
   if (found == objects_.end() || same_description(found->second.description, description)) return;
   std::swap(found->second.description, description);
   if (validate(found->second)) {
-    constraints.notify(node_of(id));
+    constraints.notify(object_node(id));
   } else {
     std::swap(found->second.description, description);
   }
@@ -145,7 +142,7 @@ Result<void> Scene::harden(int id) {
   TURGOR_CHECK(turgor::harden(found->second));
   if (found->second.transform == before) return {};
   hardened_[id] = pose_before;
-  constraints.notify(node_of(id));
+  constraints.notify(object_node(id));
   return {};
 }
 

@@ -1,5 +1,4 @@
 #include "turgor/world/specimen.hpp"
-#include "turgor/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -7,14 +6,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "turgor/core/index.hpp"
+#include "world/scene/bad_input.hpp"
 #include "world/scene/name.hpp"
 
 namespace turgor {
 namespace {
-
-Error bad(std::string what, std::string remedy) {
-  return {ErrorKind::bad_input, std::move(what), "", std::move(remedy)};
-}
 
 bool at_least_zero(double x) {
   return std::isfinite(x) && x >= 0;
@@ -25,9 +22,9 @@ constexpr double kLatest = 1e12;  // time
 Result<void> check(const SpringOptions& options) {
   if (!at_least_zero(options.stiffness) || !at_least_zero(options.viscosity) ||
       !at_least_zero(options.cutoff)) {
-    return bad(fmt::format("a spring's constant {}, viscosity {} or cut-off {} is out of range",
-                           options.stiffness, options.viscosity, options.cutoff),
-               "All must be finite numbers of at least 0");
+    return bad_input(fmt::format("a spring's constant {}, viscosity {} or cut-off {} is out of range",
+                                 options.stiffness, options.viscosity, options.cutoff),
+                     "All must be finite numbers of at least 0");
   }
   return {};
 }
@@ -47,19 +44,19 @@ double Twitch::scale_at(double time) const {
 
 Result<void> validate(const Twitch& twitch) {
   if (twitch.times.empty() || twitch.times.size() != twitch.scales.size()) {
-    return bad("a twitch needs pairs of time and scale", "Give them as t0 s0 t1 s1 …");
+    return bad_input("a twitch needs pairs of time and scale", "Give them as t0 s0 t1 s1 …");
   }
   if (!(std::abs(twitch.start) <= kLatest))
-    return bad("the start of the twitch is out of range", "Give a time");
+    return bad_input("the start of the twitch is out of range", "Give a time");
   for (std::size_t i = 0; i < twitch.times.size(); ++i) {
     const bool ascends = i == 0 || twitch.times[i] > twitch.times[i - 1];
     if (!(std::abs(twitch.times[i]) <= kLatest) || !ascends) {
-      return bad(
+      return bad_input(
           fmt::format("time {} of the twitch, {}, does not come after the one before", i, twitch.times[i]),
           "Give times that rise");
     }
     if (!at_least_zero(twitch.scales[i])) {
-      return bad(fmt::format("scale {} of the twitch is {}", i, twitch.scales[i]), "Give at least 0");
+      return bad_input(fmt::format("scale {} of the twitch is {}", i, twitch.scales[i]), "Give at least 0");
     }
   }
   return {};
@@ -74,12 +71,12 @@ Specimen::Specimen() {
 Result<SampleRef> Specimen::add_sample(const std::string& name, const Vec3& position, double mass,
                                        bool mobile) {
   if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
-    return bad(fmt::format("there is a point sample '{}' already", name), "Choose another name");
+    return bad_input(fmt::format("there is a point sample '{}' already", name), "Choose another name");
   }
   if (!is_within_reach(position))
-    return bad("the place of the sample is out of range", "Give finite coordinates");
+    return bad_input("the place of the sample is out of range", "Give finite coordinates");
   if (!(std::isfinite(mass) && mass > 0))
-    return bad(fmt::format("the mass is {}", mass), "Give a mass above 0");
+    return bad_input(fmt::format("the mass is {}", mass), "Give a mass above 0");
   const auto where = static_cast<std::ptrdiff_t>(names_.size());
   state_.position.insert(state_.position.begin() + where, position);
   state_.velocity.insert(state_.velocity.begin() + where, Vec3{});
@@ -94,7 +91,7 @@ Result<void> Specimen::add_shock(SampleRef a, SampleRef b, const SpringOptions& 
   TURGOR_CHECK(check(options));
   const double length = distance(position(a), position(b));
   if (a == b || !(length > 0))
-    return bad("the two samples of a spring are one or lie at one place", "Choose two");
+    return bad_input("the two samples of a spring are one or lie at one place", "Choose two");
   shocks_.push_back({a, b, length, 1, options});
   stepper_.reset();
   return {};
@@ -102,8 +99,9 @@ Result<void> Specimen::add_shock(SampleRef a, SampleRef b, const SpringOptions& 
 
 Result<int> Specimen::add_flesh(const std::string& name, Flesh flesh, double viscosity) {
   if (body_number(name) >= 0)
-    return bad(fmt::format("there is a flesh '{}' already", name), "Choose another name");
-  if (!at_least_zero(viscosity)) return bad(fmt::format("the viscosity is {}", viscosity), "Give at least 0");
+    return bad_input(fmt::format("there is a flesh '{}' already", name), "Choose another name");
+  if (!at_least_zero(viscosity))
+    return bad_input(fmt::format("the viscosity is {}", viscosity), "Give at least 0");
   FleshBody body;
   body.name = name;
   body.flesh = std::move(flesh);
@@ -122,7 +120,7 @@ Result<void> Specimen::add_fibre(const std::string& muscle, SampleRef a, SampleR
   TURGOR_CHECK(check(options));
   const double length = distance(position(a), position(b));
   if (a == b || !(length > 0))
-    return bad("the two ends of a fibre are one or lie at one place", "Choose two samples");
+    return bad_input("the two ends of a fibre are one or lie at one place", "Choose two samples");
   auto found =
       std::find_if(muscles_.begin(), muscles_.end(), [&](const Muscle& m) { return m.name == muscle; });
   if (found == muscles_.end()) found = muscles_.insert(muscles_.end(), {muscle, {}, {}});
@@ -131,34 +129,35 @@ Result<void> Specimen::add_fibre(const std::string& muscle, SampleRef a, SampleR
   return {};
 }
 
+Result<Muscle*> Specimen::require_muscle(const std::string& name) {
+  const auto found =
+      std::find_if(muscles_.begin(), muscles_.end(), [&](const Muscle& m) { return m.name == name; });
+  if (found == muscles_.end())
+    return bad_input(fmt::format("there is no muscle '{}'", name), "Make it with add_muscle first");
+  return &*found;
+}
+
 Result<void> Specimen::set_twitch(const std::string& muscle, Twitch twitch) {
   TURGOR_CHECK(validate(twitch));
-  for (Muscle& m : muscles_) {
-    if (m.name != muscle) continue;
-    m.twitch = std::move(twitch);
-    return {};
-  }
-  return bad(fmt::format("there is no muscle '{}'", muscle), "Make it with add_muscle first");
+  TURGOR_TRY(Muscle* const found, require_muscle(muscle));
+  found->twitch = std::move(twitch);
+  return {};
 }
 
 Result<bool> Specimen::set_muscle(const std::string& muscle, std::optional<double> length,
                                   std::optional<double> scale) {
   for (const auto& value : {length, scale}) {
-    if (value && !(std::isfinite(*value) && *value > 0)) {
-      return bad(fmt::format("{} is no length or scale", *value), "Give a number above 0");
-    }
+    if (value && !(std::isfinite(*value) && *value > 0))
+      return bad_input(fmt::format("{} is no length or scale", *value), "Give a number above 0");
   }
-  for (Muscle& m : muscles_) {
-    if (m.name != muscle) continue;
-    if (m.twitch) return false;
-    for (Fibre& fibre : m.fibres) {
-      if (length) fibre.scale = *length / fibre.original_length;
-      if (scale) fibre.scale *= *scale;
-      if (!std::isfinite(fibre.scale * fibre.original_length)) fibre.scale = 1;
-    }
-    return true;
+  TURGOR_TRY(Muscle* const found, require_muscle(muscle));
+  if (found->twitch) return false;
+  for (Fibre& fibre : found->fibres) {
+    if (length) fibre.scale = *length / fibre.original_length;
+    if (scale) fibre.scale *= *scale;
+    if (!std::isfinite(fibre.scale * fibre.original_length)) fibre.scale = 1;
   }
-  return bad(fmt::format("there is no muscle '{}'", muscle), "Make it with add_muscle first");
+  return true;
 }
 
 Result<void> Specimen::add_collision(Collision collision) {
@@ -188,14 +187,14 @@ void Specimen::forget_collisions(const std::function<bool(const Collision&)>& wh
 }
 
 Result<void> Specimen::set_gravity(const Vec3& acceleration) {
-  if (!is_within_reach(acceleration)) return bad("gravity is out of range", "Give finite numbers");
+  if (!is_within_reach(acceleration)) return bad_input("gravity is out of range", "Give finite numbers");
   gravity_ = acceleration;
   stepper_.reset();
   return {};
 }
 
 Result<void> Specimen::set_damping(double damping) {
-  if (!at_least_zero(damping)) return bad(fmt::format("the damping is {}", damping), "Give at least 0");
+  if (!at_least_zero(damping)) return bad_input(fmt::format("the damping is {}", damping), "Give at least 0");
   damping_ = damping;
   stepper_.reset();
   return {};
@@ -239,7 +238,7 @@ Result<SampleRef> Specimen::nearest_sample(const Vec3& point) const {
       if (away < least) least = away, best = ref;
     }
   }
-  if (best.body < 0) return bad("there is no tissue yet", "Build it with flesh_out first");
+  if (best.body < 0) return bad_input("there is no tissue yet", "Build it with flesh_out first");
   return best;
 }
 

@@ -7,23 +7,16 @@
 
 #include "turgor/core/index.hpp"
 #include "turgor/world/specimen.hpp"
+#include "world/scene/bad_input.hpp"
 
 namespace turgor {
-namespace {
-
-Error bad(std::string what, std::string remedy) {
-  return {ErrorKind::bad_input, std::move(what), "", std::move(remedy)};
-}
-
-}  // namespace
-
 Result<int> Specimen::require_flesh(const std::string& name) const {
   const int body = body_number(name);
   if (body >= 0) return body;
   std::string all;
   for (std::size_t b = 1; b < bodies_.size(); ++b) all += (all.empty() ? "" : ", ") + bodies_[b].name;
-  return bad(fmt::format("there is no flesh '{}'", name),
-             all.empty() ? "Build one with flesh_out" : "There is " + all);
+  return bad_input(fmt::format("there is no flesh '{}'", name),
+                   all.empty() ? "Build one with flesh_out" : "There is " + all);
 }
 
 // Renumbers what refers to a body's samples, and carries their motion over.
@@ -123,7 +116,7 @@ Result<int> Specimen::edit(const std::string& name, Edit&& change) {
 
 Result<int> Specimen::scale_growth(const std::string& body, const Region& region, double factor) {
   if (!(std::isfinite(factor) && factor > 0))
-    return bad(fmt::format("the factor is {}", factor), "Give a number above 0");
+    return bad_input(fmt::format("the factor is {}", factor), "Give a number above 0");
   return edit(body, [&](Flesh& flesh, const Vec3* position) {
     return change_samples(flesh, position, region, [&](FleshSample& s) { s.growth *= factor; });
   });
@@ -131,7 +124,7 @@ Result<int> Specimen::scale_growth(const std::string& body, const Region& region
 
 Result<int> Specimen::scale_stiffness(const std::string& body, const Region& region, double factor) {
   if (!(std::isfinite(factor) && factor >= 0))
-    return bad(fmt::format("the factor is {}", factor), "Give at least 0");
+    return bad_input(fmt::format("the factor is {}", factor), "Give at least 0");
   return edit(body, [&](Flesh& flesh, const Vec3* position) {
     return change_samples(flesh, position, region, [&](FleshSample& s) { s.stiffness *= factor; });
   });
@@ -173,7 +166,8 @@ Result<int> Specimen::refine(const std::string& name, const std::optional<Refine
     const bool sound = std::isfinite(options->refine_above) && options->merge_below >= 0 &&
                        options->merge_below < options->refine_above && options->most_levels >= 0;
     if (!sound)
-      return bad("the limits of refinement are out of order", "Give merge below refine, both of at least 0");
+      return bad_input("the limits of refinement are out of order",
+                       "Give merge below refine, both of at least 0");
   }
   b.refinement = options;
   if (options) return adapt();

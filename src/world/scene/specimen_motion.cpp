@@ -109,7 +109,6 @@ Result<void> Specimen::step(double time, const SimulationOptions& options, Simul
     control.longest_ms = options.dt;
     TURGOR_TRY(const AdvanceReport done, stepper_->advance(state_, options.dt, control, context, workspace_));
     report.sub_steps += done.accepted;
-    report.rejected += done.rejected;
   } else {
     TURGOR_TRY(const StepReport done,
                stepper_->step(state_, options.dt, options.integrator, context, workspace_));
@@ -138,6 +137,14 @@ Result<void> Specimen::set_state(MotionState state) {
       !std::all_of(state.velocity.begin(), state.velocity.end(), finite)) {
     return Error{ErrorKind::bad_input, "the state holds numbers out of range", "",
                  "Use a file that `state` wrote"};
+  }
+  // A state from before the first step has nothing relaxed yet.
+  if (state.relaxed.empty()) state.relaxed.resize(state_.relaxed.size());
+  if (stepper_ && state.relaxed.size() != state_.relaxed.size()) {
+    return Error{ErrorKind::bad_input,
+                 fmt::format("{} springs relax in the state, {} in the tissue", state.relaxed.size(),
+                             state_.relaxed.size()),
+                 "", "Restore it in a scene built by the same commands"};
   }
   state_ = std::move(state);
   return {};

@@ -7,13 +7,11 @@
 
 #include "turgor/core/index.hpp"
 #include "turgor/world/specimen.hpp"
+#include "world/langer.hpp"
+#include "world/scene/bad_input.hpp"
 
 namespace turgor {
 namespace {
-
-Error bad(std::string what, std::string remedy) {
-  return {ErrorKind::bad_input, std::move(what), "", std::move(remedy)};
-}
 
 bool within(double x, double low, double high) {
   return std::isfinite(x) && x >= low && x <= high;
@@ -24,22 +22,22 @@ bool within(double x, double low, double high) {
 Result<void> validate(const SkinLayer& skin, int columns) {
   constexpr double most = 1e12, most_strain = 5;
   if (!within(skin.collagen, 0, most))
-    return bad(fmt::format("the constant of collagen is {}", skin.collagen), "Give at least 0");
+    return bad_input(fmt::format("the constant of collagen is {}", skin.collagen), "Give at least 0");
   if (!within(skin.transition_along, 0, most_strain) || !within(skin.transition_across, 0, most_strain) ||
       !within(skin.rest_strain, 0, most_strain)) {
-    return bad("a strain of the skin is out of range", "Give 0 to 5");
+    return bad_input("a strain of the skin is out of range", "Give 0 to 5");
   }
   if (!(skin.anisotropy > 0 && skin.anisotropy <= 1e6)) {
-    return bad(fmt::format("the anisotropy is {}", skin.anisotropy), "Give a number above 0");
+    return bad_input(fmt::format("the anisotropy is {}", skin.anisotropy), "Give a number above 0");
   }
   if (skin.langer.size() != 1 && skin.langer.size() != at(columns)) {
-    return bad(
+    return bad_input(
         fmt::format("{} directions of Langer's lines are given for {} columns", skin.langer.size(), columns),
         "Give one for all, or one for each vertex");
   }
   for (const Vec3& d : skin.langer) {
     if (!is_within_reach(d) || !(squared_length(d) > 0))
-      return bad("a direction of Langer's lines has no length", "Give another one");
+      return bad_input("a direction of Langer's lines has no length", "Give another one");
   }
   return {};
 }
@@ -74,11 +72,11 @@ void Specimen::append_skin(MotionModel& model, const FleshBody& body, std::size_
     if (!(skin.collagen > 0)) continue;
     const Vec3 along = normalized(body.parts.network.rest[at(part.b)] - body.parts.network.rest[at(part.a)]);
     const Vec3& lines = skin.langer[skin.langer.size() == 1 ? 0 : at(part.a % columns)];
-    const double cosine = dot(along, lines), share = cosine * cosine;
+    const double cosine = dot(along, lines), squared = cosine * cosine;
     Spring collagen = elastin;
     collagen.law = SpringLaw::collagen;
-    collagen.stiffness_n = skin.collagen * (share + (1 - share) / skin.anisotropy);
-    const double slack = skin.transition_across + share * (skin.transition_along - skin.transition_across);
+    collagen.stiffness_n = at_angle(skin.collagen, skin.collagen / skin.anisotropy, squared);
+    const double slack = at_angle(skin.transition_along, skin.transition_across, squared);
     collagen.rest_length_mm = part.rest_length_mm * (1 + slack);
     model.network.springs.push_back(collagen);
     model.springs.push_back(model.springs[first_spring + i]);
