@@ -95,6 +95,9 @@ Result<void> read_state(Scene& scene, const std::filesystem::path& path) {
   MotionState state;
   TURGOR_TRY(state.position, read_rows(in.value("position", json()), path));
   TURGOR_TRY(state.velocity, read_rows(in.value("velocity", json()), path));
+  static_assert(kRelaxations == 3);
+  TURGOR_TRY(const auto relaxed, read_rows(in.value("relaxed", json::array()), path));
+  for (const Vec3& q : relaxed) state.relaxed.push_back({q.x, q.y, q.z});
   const double time = in["time"].get<double>();
   if (!std::isfinite(time)) return damaged(path, "the time is not finite");
   TURGOR_CHECK(scene.specimen.set_state(std::move(state)));

@@ -389,6 +389,18 @@ TEST_F(SessionTest, ADeviceIsPlayedFromItsFileAsTimeGoesBy) {
   EXPECT_EQ(again.recording(), session.recording());
 }
 
+TEST_F(SessionTest, AStateHoldsWhatHasRelaxed) {
+  const std::string skin = "make_skin sheet -collagen 5 -rest_strain 0.2 -relaxation 0.3 0.5\n";
+  Session session = script();
+  expect_runs(session, kSheet + skin + "simulate 20 -dt 0.1\nstate half\nsimulate 20 -dt 0.1\n");
+  const std::string restore = "restore " + (folder() / "half.state").string() + "\nsimulate 20 -dt 0.1\n";
+  Session other = script(), same = script();
+  expect_runs(other, kSheet + skin + restore);
+  EXPECT_TRUE(same_bits(session, other)) << "in a scene that has not moved";
+  expect_runs(same, kSheet + skin + "simulate 7 -dt 0.1\n" + restore);
+  EXPECT_TRUE(same_bits(session, same)) << "in one that has";
+}
+
 TEST_F(SessionTest, FramesThatPassCanBeStopped) {
   int frames = 0;
   Context impatient({}, {}, [&] { return ++frames > 50; });
