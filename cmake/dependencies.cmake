@@ -9,6 +9,7 @@ find_package(PNG REQUIRED)
 find_package(LibArchive REQUIRED)
 find_package(pugixml REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_package(nanoflann REQUIRED)
 
 # JPEG 2000 in DICOM.
 add_library(turgor_openjpeg INTERFACE)

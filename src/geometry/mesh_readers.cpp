@@ -122,13 +122,29 @@ std::string first_word(std::string_view text) {
 
 }  // namespace
 
+bool is_surface_file(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path.string());
+  const auto known = {".ply", ".stl", ".obj", ".off", ".vtk", ".vtp", ".vtu", ".glb", ".gltf"};
+  return std::find(known.begin(), known.end(), extension) != known.end();
+}
+
 Result<TriMesh> parse_mesh(std::span<const std::byte> bytes, const std::string& name) {
   const detail::MeshSource source{bytes, name};
   if (bytes.empty()) return source.whole("is empty");
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) * 4) {
     return source.whole("is too large for a surface (8 GiB at most)");
   }
-  const std::string word = first_word(source.text()), extension = lower_extension(name);
+  const std::string_view text = source.text();
+  if (text.starts_with("# vtk DataFile")) return detail::parse_vtk_legacy(source);
+  const std::string word = first_word(text), extension = lower_extension(name);
+  if (text.starts_with("glTF") || extension == ".glb" || extension == ".gltf") {
+    return detail::parse_gltf(source);
+  }
+  if (word.starts_with("<vtkfile") || word.starts_with("<?xml") || extension == ".vtp" ||
+      extension == ".vtu") {
+    return detail::parse_vtk_xml(source);
+  }
+  if (extension == ".vtk") return source.at_line(1, "does not begin with \"# vtk DataFile\"");
   if (word == "ply") return detail::parse_ply(source);
   if (word.ends_with("off") && word.size() <= 6 && extension != ".stl" && extension != ".obj") {
     return detail::parse_off(source);
@@ -140,7 +156,8 @@ Result<TriMesh> parse_mesh(std::span<const std::byte> bytes, const std::string& 
   if (extension == ".obj" || std::find(words.begin(), words.end(), word) != words.end()) {
     return detail::parse_obj(source);
   }
-  return Error{ErrorKind::bad_input, "is not a surface file known here", name, "Give PLY, STL, OBJ or OFF"};
+  return Error{ErrorKind::bad_input, "is not a surface file known here", name,
+               fmt::format("Give {}", surface_file_help)};
 }
 
 Result<TriMesh> read_mesh(const std::filesystem::path& path) {

@@ -28,6 +28,10 @@ Result<TriMesh> parse_ply(const MeshSource& source);
 Result<TriMesh> parse_stl(const MeshSource& source);
 Result<TriMesh> parse_obj(const MeshSource& source);
 Result<TriMesh> parse_off(const MeshSource& source);
+Result<TriMesh> parse_vtk_legacy(const MeshSource& source);
+Result<TriMesh> parse_vtk_xml(const MeshSource& source);
+/// Binary or JSON; buffers in files of their own lie beside `source.name`.
+Result<TriMesh> parse_gltf(const MeshSource& source);
 
 /// A polygon as a fan of triangles; those that name a point twice are left out.
 void add_polygon(TriMesh& mesh, std::span<const int> polygon);

@@ -39,7 +39,7 @@ Result<void> check_solid_file(const std::filesystem::path& path, SolidCells cell
   return {};
 }
 
-Result<void> write_solid(const std::filesystem::path& path, const VoxelSolid& solid, SolidCells cells) {
+Result<void> write_solid(const std::filesystem::path& path, const SolidMesh& solid, SolidCells cells) {
   TURGOR_CHECK(check_solid_file(path, cells));
   if (cells == SolidCells::tetrahedra) {
     const std::size_t count = 4 * solid.tetrahedra.size();
@@ -65,7 +65,7 @@ std::vector<std::vector<int>> SolidView::faces() const {
 }
 
 Result<void> write_tetgen(const std::filesystem::path& path, const SolidView& view) {
-  const VoxelSolid& solid = view.solid;
+  const SolidMesh& solid = view.solid;
   TextWriter node, ele, face;
   node.line(fmt::format("# mm\n{} 3 0 1", solid.points.size()));
   for (std::size_t p = 0; p < solid.points.size(); ++p) {

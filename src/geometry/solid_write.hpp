@@ -16,7 +16,7 @@ namespace turgor::detail {
 
 /// A solid as files see it: cells of `corners` points each.
 struct SolidView {
-  const VoxelSolid& solid;
+  const SolidMesh& solid;
   int corners = 4;
   std::span<const int> connectivity;
 

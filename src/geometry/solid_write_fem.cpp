@@ -35,7 +35,7 @@ void number_cell(TextWriter& out, std::size_t number, const Cell& cell) {
   out.end();
 }
 
-void gmsh_head(TextWriter& out, const VoxelSolid& solid) {
+void gmsh_head(TextWriter& out, const SolidMesh& solid) {
   Box3 box;
   for (const Vec3& p : solid.points) box.extend(p);
   const std::string span = fmt::format("1 {} {} {} {} {} {}", box.lower.x, box.lower.y, box.lower.z,
@@ -67,7 +67,7 @@ Result<void> write_gmsh(const std::filesystem::path& path, const SolidView& view
 }
 
 Result<void> write_abaqus(const std::filesystem::path& path, const SolidView& view) {
-  const VoxelSolid& solid = view.solid;
+  const SolidMesh& solid = view.solid;
   TextWriter out;
   out.separate_by(',');
   out.line("*HEADING\nTurgor; millimetres\n*NODE, NSET=POINTS");

@@ -76,7 +76,7 @@ Result<SolidFile> read_solid(const std::filesystem::path& path) {
   if (bytes.size() < kMagic.size() + sizeof(Header) ||
       std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
     return fail("this is not a plain binary solid");
-  ArrayReader in(std::span(bytes).subspan(kMagic.size()));
+  ArrayReader in(std::span<const std::byte>(bytes).subspan(kMagic.size()));
   Header head{};
   in.take(&head, 1);
   if (length_of(head) != bytes.size()) return fail("the file is not as long as it says");
@@ -92,7 +92,7 @@ Result<SolidFile> read_solid(const std::filesystem::path& path) {
 }
 
 Result<void> detail::write_plain_solid(const std::filesystem::path& path, const SolidView& view) {
-  const VoxelSolid& solid = view.solid;
+  const SolidMesh& solid = view.solid;
   const Header head{solid.points.size(), view.cell_count(), static_cast<std::uint64_t>(view.corners),
                     solid.surface_triangles.size(), solid.spacing};
   ByteWriter out(length_of(head));

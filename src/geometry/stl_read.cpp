@@ -2,45 +2,18 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <bit>
 #include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <unordered_map>
 
 #include "geometry/mesh_readers.hpp"
+#include "geometry/welder.hpp"
 
 namespace turgor::detail {
 namespace {
 
 constexpr std::size_t header_bytes = 84, facet_bytes = 50;
-
-/// Numbers points so that equal ones share a number.
-class Welder {
- public:
-  explicit Welder(TriMesh& mesh) : mesh_(mesh) {}
-  int number(const Vec3& p) {
-    // Adding zero makes -0 and 0 the same.
-    const Key key{std::bit_cast<std::uint64_t>(p.x + 0.0), std::bit_cast<std::uint64_t>(p.y + 0.0),
-                  std::bit_cast<std::uint64_t>(p.z + 0.0)};
-    const auto [entry, is_new] = numbers_.try_emplace(key, static_cast<int>(mesh_.points.size()));
-    if (is_new) mesh_.points.push_back(p);
-    return entry->second;
-  }
-
- private:
-  using Key = std::array<std::uint64_t, 3>;
-  struct Hash {
-    std::size_t operator()(const Key& k) const {
-      std::uint64_t h = 0;
-      for (const std::uint64_t word : k) h = (h ^ word) * 0x9E3779B97F4A7C15ULL, h ^= h >> 29;
-      return static_cast<std::size_t>(h);
-    }
-  };
-  TriMesh& mesh_;
-  std::unordered_map<Key, int, Hash> numbers_;
-};
 
 std::uint32_t facets_announced(const MeshSource& source) {
   std::uint32_t count = 0;

@@ -5,6 +5,7 @@
 
 #include "geometry/voxel_crossings.hpp"
 #include "geometry/voxel_lattice.hpp"
+#include "turgor/geometry/surface_holes.hpp"
 
 namespace turgor::detail {
 
@@ -21,6 +22,8 @@ struct Hole {
   LatticePoint low{}, high{}, middle{};
   double width = 0;  ///< root of the area of its lid, a cone from `middle`; lattice units
 };
+/// The same in the surface's coordinates.
+SurfaceHole in_mm(const Hole& hole, const Lattice& lattice);
 /// Widest first. Points at the same place count as one.
 std::vector<Hole> find_holes(const Lattice& lattice);
 /// Pairs of points of such edges that lie at one place, for surfaces whose triangles do not share points.

@@ -1,6 +1,4 @@
 // From a surface to voxels.
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "geometry/voxel_crossings.hpp"
@@ -19,13 +17,7 @@ bool any_bit(const VoxelGrid& grid) {
 }
 
 Error open_error(const std::vector<Hole>& holes, const Lattice& lattice) {
-  std::string where;
-  if (!holes.empty()) {
-    const Vec3 middle = lattice.position(holes[0].middle);
-    const Vec3 size = lattice.position(holes[0].high) - lattice.position(holes[0].low);
-    where = fmt::format("hole of {:.3g} x {:.3g} x {:.3g} mm about ({:.4g}, {:.4g}, {:.4g}) mm", size.x,
-                        size.y, size.z, middle.x, middle.y, middle.z);
-  }
+  const std::string where = holes.empty() ? "" : in_mm(holes[0], lattice).text();
   return {ErrorKind::bad_input, "the surface is open, so inside leaks out", where,
           "Close the surface, or use -fill winding"};
 }

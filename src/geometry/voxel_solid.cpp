@@ -107,7 +107,7 @@ CornerGrid corners_of(const VoxelGrid& voxels) {
   return corners;
 }
 
-void place_points(const VoxelGrid& voxels, const CornerGrid& corners, VoxelSolid& solid) {
+void place_points(const VoxelGrid& voxels, const CornerGrid& corners, SolidMesh& solid) {
   for_each_slab(corners.used.size[2], [&](int k) {
     for (int j = 0; j < corners.used.size[1]; ++j) {
       const Vec3 start = voxels.lower + Vec3{0, j * voxels.spacing, k * voxels.spacing};
@@ -128,7 +128,7 @@ void place_points(const VoxelGrid& voxels, const CornerGrid& corners, VoxelSolid
 /// What is written slab by slab.
 class SolidWriter {
  public:
-  SolidWriter(const VoxelGrid& voxels, const CornerGrid& corners, VoxelSolid& solid)
+  SolidWriter(const VoxelGrid& voxels, const CornerGrid& corners, SolidMesh& solid)
       : voxels_(voxels), corners_(corners), solid_(solid) {}
 
   /// `cell` and `side` are the slab's first cube and first surface triangle.
@@ -211,14 +211,14 @@ class SolidWriter {
 
   const VoxelGrid& voxels_;
   const CornerGrid& corners_;
-  VoxelSolid& solid_;
+  SolidMesh& solid_;
 };
 
 }  // namespace
 
-Result<VoxelSolid> solid_of(const VoxelGrid& voxels) {
+Result<SolidMesh> solid_of(const VoxelGrid& voxels) {
   const CornerGrid corners = corners_of(voxels);
-  VoxelSolid solid;
+  SolidMesh solid;
   solid.spacing = voxels.spacing;
   SolidWriter writer(voxels, corners, solid);
   std::vector<std::int64_t> cubes(at(voxels.size[2])), sides(cubes.size());
@@ -248,7 +248,7 @@ Result<VoxelSolid> solid_of(const VoxelGrid& voxels) {
   return solid;
 }
 
-std::vector<std::array<int, 8>> hexahedra(const VoxelSolid& solid) {
+std::vector<std::array<int, 8>> hexahedra(const SolidMesh& solid) {
   std::vector<std::array<int, 8>> cubes(solid.tetrahedra.size() / 5);
   parallel_for(cubes.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {

@@ -7,7 +7,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
-  for (const char* name : {"fuzz.ply", "fuzz.stl", "fuzz.obj", "fuzz.off"}) {
+  for (const char* name :
+       {"fuzz.ply", "fuzz.stl", "fuzz.obj", "fuzz.off", "fuzz.vtk", "fuzz.vtp", "fuzz.gltf"}) {
     const auto mesh = turgor::parse_mesh(bytes, name);
     if (mesh && (mesh->empty() || !turgor::validate(*mesh))) std::abort();
   }

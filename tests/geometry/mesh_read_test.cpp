@@ -129,7 +129,7 @@ TEST(ReadMesh, NamesFileAndPlaceOfEachFault) {
     return text.replace(at, from.size(), to);
   };
   expect_fault("", "x.ply", "x.ply", "empty");
-  expect_fault("hello\n", "x.vtk", "x.vtk", "not a surface file");
+  expect_fault("hello\n", "x.abc", "x.abc", "not a surface file");
   expect_fault("hello\n", "x.ply", "x.ply, byte 0", "does not begin");
   expect_fault(broken(ascii_ply, "3 0 3 4", "3 0 3 5"), "x.ply", "x.ply, line 22",
                "face 1 names point 5 of 5");

@@ -79,7 +79,7 @@ class SolidFiles : public ::testing::Test {
   }
 
   fs::path folder_;
-  VoxelSolid solid_;
+  SolidMesh solid_;
   std::vector<std::array<int, 8>> cubes_;
 };
 

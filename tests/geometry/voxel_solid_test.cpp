@@ -12,6 +12,7 @@
 #include <string>
 
 #include "geometry/shapes.hpp"
+#include "geometry/solid_checks.hpp"
 #include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"
@@ -21,6 +22,7 @@
 namespace turgor {
 namespace {
 
+using test::expect_conforming;
 using testing::box;
 using testing::reversed;
 using testing::sphere;
@@ -45,10 +47,10 @@ std::string error_of(const TriMesh& surface, const VoxelOptions& o) {
   return grid.error().message();
 }
 
-VoxelSolid solid_from(const VoxelGrid& grid) {
+SolidMesh solid_from(const VoxelGrid& grid) {
   auto solid = solid_of(grid);
   EXPECT_TRUE(solid);
-  return solid ? *std::move(solid) : VoxelSolid{};
+  return solid ? *std::move(solid) : SolidMesh{};
 }
 
 Vec3 centre_of(const VoxelGrid& g, int i, int j, int k) {
@@ -81,7 +83,7 @@ TriMesh turned(const TriMesh& mesh, std::uint64_t seed) {
   return transformed(mesh, RigidTransform::rotate_about({}, axis, 6 * random.uniform(3)));
 }
 
-double volume_of(const VoxelSolid& s, const std::array<int, 4>& t) {
+double volume_of(const SolidMesh& s, const std::array<int, 4>& t) {
   const Vec3& a = s.points[at(t[0])];
   return dot(cross(s.points[at(t[1])] - a, s.points[at(t[2])] - a), s.points[at(t[3])] - a) / 6;
 }
@@ -98,50 +100,6 @@ VoxelGrid random_voxels(const Index3& size, double part) {
   return g;
 }
 
-/// Every face inside belongs to exactly two tetrahedra that lie on opposite sides; the others are the
-/// surface.
-void expect_conforming(const VoxelSolid& solid) {
-  constexpr int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  struct Use {
-    int count = 0, turn = 0, cell = 0;
-  };
-  std::map<Index3, Use> uses;
-  const auto turn_of = [](Index3& f) {
-    int turn = 1;
-    for (const auto& [a, b] : {std::pair{0, 1}, {1, 2}, {0, 1}})
-      if (f[at(a)] > f[at(b)]) std::swap(f[at(a)], f[at(b)]), turn = -turn;
-    return turn;
-  };
-  for (std::size_t t = 0; t < solid.tetrahedra.size(); ++t) {
-    for (const auto& f : faces) {
-      Index3 key{};
-      for (std::size_t n = 0; n < 3; ++n) key[n] = solid.tetrahedra[t][at(f[n])];
-      const int turn = turn_of(key);
-      Use& use = uses[key];
-      ++use.count, use.turn += turn, use.cell = static_cast<int>(t);
-    }
-  }
-  std::size_t bare = 0;
-  for (const auto& [face, use] : uses) {
-    ASSERT_LE(use.count, 2);
-    if (use.count == 2) ASSERT_EQ(use.turn, 0);
-    bare += use.count == 1 ? 1 : 0;
-  }
-  ASSERT_EQ(bare, solid.surface_triangles.size());
-  std::vector<std::uint8_t> on_surface(solid.points.size());
-  for (std::size_t t = 0; t < bare; ++t) {
-    Index3 key = solid.surface_triangles[t];
-    for (const int p : key) on_surface[at(p)] = 1;
-    const int turn = turn_of(key);
-    const auto use = uses.find(key);
-    ASSERT_NE(use, uses.end());
-    ASSERT_EQ(use->second.count, 1);
-    ASSERT_EQ(use->second.turn, turn);
-    ASSERT_EQ(use->second.cell, solid.surface_cells[t]);
-  }
-  EXPECT_TRUE(on_surface == solid.on_surface);
-}
-
 TEST(VoxelSolid, NeighboursShareWholeFacesAndTheRestIsTheSurface) {
   expect_conforming(solid_from(voxels_of(sphere(10, 3), options(13))));
   expect_conforming(solid_from(voxels_of(torus(10, 3, 40, 20), options(75, true))));
@@ -150,7 +108,7 @@ TEST(VoxelSolid, NeighboursShareWholeFacesAndTheRestIsTheSurface) {
 
 TEST(VoxelSolid, TetrahedraFillTheCubesAndAreTheRightWayRound) {
   const VoxelGrid grid = random_voxels({70, 6, 5}, 0.5);
-  const VoxelSolid solid = solid_from(grid);
+  const SolidMesh solid = solid_from(grid);
   ASSERT_EQ(solid.tetrahedra.size(), 5 * grid.count());
   for (std::size_t c = 0; c < grid.count(); ++c) {
     for (std::size_t t = 0; t < 4; ++t)
@@ -161,7 +119,7 @@ TEST(VoxelSolid, TetrahedraFillTheCubesAndAreTheRightWayRound) {
 
 TEST(VoxelSolid, CubesShareThePointsOfTheirFiveTetrahedra) {
   const VoxelGrid grid = random_voxels({70, 6, 5}, 0.4);
-  const VoxelSolid solid = solid_from(grid);
+  const SolidMesh solid = solid_from(grid);
   const auto cubes = hexahedra(solid);
   ASSERT_EQ(5 * cubes.size(), solid.tetrahedra.size());
   const Vec3 corner[8] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
@@ -185,7 +143,7 @@ TEST(VoxelSolid, CubesShareThePointsOfTheirFiveTetrahedra) {
 }
 
 TEST(VoxelSolid, NoPointIsStoredTwiceOrUnused) {
-  const VoxelSolid solid = solid_from(voxels_of(sphere(10, 3), options(67)));
+  const SolidMesh solid = solid_from(voxels_of(sphere(10, 3), options(67)));
   std::vector<bool> used(solid.points.size());
   for (const auto& t : solid.tetrahedra)
     for (const int p : t) used[at(p)] = true;
@@ -480,7 +438,7 @@ TEST(Voxelise, SameBitsOnOneThreadAndTwo) {
   const auto run = [&](int threads) {
     set_thread_count(threads);
     VoxelGrid grid = voxels_of(mesh, options(90, true));
-    VoxelSolid solid = solid_from(grid);
+    SolidMesh solid = solid_from(grid);
     set_thread_count(0);
     return std::pair(std::move(grid), std::move(solid));
   };
@@ -510,7 +468,7 @@ TEST(Voxelise, MeshesThePapersInputs) {
         Input{"dragon_vrip_res2.ply", 75, 158370}}) {
     const auto surface = read_mesh(folder / input.file);
     ASSERT_TRUE(surface) << surface.error().message();
-    const VoxelSolid solid = solid_from(voxels_of(*surface, options(input.resolution, true)));
+    const SolidMesh solid = solid_from(voxels_of(*surface, options(input.resolution, true)));
     EXPECT_NEAR(static_cast<double>(solid.tetrahedra.size()) / input.paper_tetrahedra, 1, 0.12) << input.file;
   }
 }

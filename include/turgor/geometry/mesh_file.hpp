@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "turgor/core/error.hpp"
@@ -13,10 +14,22 @@
 
 namespace turgor {
 
-/// PLY (ascii, binary little and big endian), STL (ascii, binary), OBJ or OFF, chosen by content and
-/// extension. Polygons are fanned into triangles. Coordinates are taken as they are. Duplicate STL points are
-/// merged. Triangles that name a point twice are left out; all points are kept, in order (STL: of first use).
-/// Errors name the file and the line or byte: truncated, index out of range, NaN, no triangles.
+/// What read_mesh reads.
+inline constexpr std::string_view surface_file_help =
+    "PLY, STL, OBJ, OFF, VTK (.vtk, .vtp, the surface cells of .vtu) or glTF (.glb, .gltf)";
+
+/// Whether a file of this name is for read_mesh: by its extension, in any case.
+bool is_surface_file(const std::filesystem::path& path);
+
+/// PLY (ascii, binary little and big endian), STL (ascii, binary), OBJ, OFF, VTK's legacy files to
+/// version 5.1 (ascii, binary; polygons and strips, and the surface cells of unstructured grids), VTK's XML
+/// PolyData and UnstructuredGrid (ascii, base64, appended raw or base64; plain or zlib) or glTF 2.0 (binary
+/// or JSON with its buffers within or beside it, the default scene with the transforms of its nodes), chosen
+/// by content and extension. Polygons are fanned into triangles. Coordinates are taken as they are; of glTF
+/// alone, whose standard says metres with y up, they become mm in LPS, as write_glb writes them. Equal points
+/// of STL and glTF are merged. Triangles that name a point twice are left out; all points are kept, in order
+/// (STL and glTF: those used, in order of first use). Errors name the file and the line or byte: truncated,
+/// index out of range, NaN, no triangles.
 Result<TriMesh> read_mesh(const std::filesystem::path& path);
 /// The same from memory; `name` stands for the path in errors, and its extension helps where the content
 /// leaves doubt.

@@ -34,7 +34,7 @@ Result<void> check_solid_file(const std::filesystem::path& path, SolidCells cell
 ///   corners of the surface triangles, int32 the cell behind each, uint8 whether each point is on the
 ///   surface.
 /// Lengths in mm. Corners of cubes in the order of VTK. Errors: as check_solid_file; disk full, permission.
-Result<void> write_solid(const std::filesystem::path& path, const VoxelSolid& solid, SolidCells cells);
+Result<void> write_solid(const std::filesystem::path& path, const SolidMesh& solid, SolidCells cells);
 
 /// What a .solid file holds.
 struct SolidFile {

@@ -9,8 +9,7 @@
 
 #include "turgor/core/context.hpp"
 #include "turgor/core/error.hpp"
-#include "turgor/geometry/bulk_array.hpp"
-#include "turgor/geometry/tri_mesh.hpp"
+#include "turgor/geometry/solid_mesh.hpp"
 
 namespace turgor {
 
@@ -72,22 +71,11 @@ struct VoxelOptions {
 Result<VoxelGrid> voxelise(const TriMesh& surface, const VoxelOptions& options,
                            const Context& context = Context{});
 
-/// Tetrahedra, five to a cube in two mirrored patterns that alternate, so that neighbours share whole faces;
-/// cubes in the order of the grid's bits. All have positive volume.
-struct VoxelSolid {
-  BulkArray<Vec3> points;                    ///< mm, in the order of the grid: x, then y, then z
-  BulkArray<std::array<int, 4>> tetrahedra;  ///< cube c has numbers 5 c to 5 c + 4
-  BulkArray<Index3> surface_triangles;       ///< anticlockwise seen from outside
-  BulkArray<int> surface_cells;              ///< the tetrahedron behind each of them
-  std::vector<std::uint8_t> on_surface;      ///< one a point: 1 on the surface, 0 within
-  double spacing = 1;                        ///< edge of a cube, mm
-};
-
 /// Error where there are more than 2^31 - 1 indices to hold.
-Result<VoxelSolid> solid_of(const VoxelGrid& voxels);
+Result<SolidMesh> solid_of(const VoxelGrid& voxels);
 
 /// The cubes that the tetrahedra came from, over the same points: cube c is tetrahedra 5 c to 5 c + 4.
 /// Corners in the order of VTK and Abaqus: anticlockwise below, then above.
-std::vector<std::array<int, 8>> hexahedra(const VoxelSolid& solid);
+std::vector<std::array<int, 8>> hexahedra(const SolidMesh& solid);
 
 }  // namespace turgor
