@@ -130,14 +130,42 @@ inline constexpr Parameter kMeshParameters[] = {
         .type = ValueType::path,
         .required = true,
         .positional = true,
-        .help = "a surface: PLY, STL, OBJ or OFF, in mm",
+        .help = "a surface in mm: PLY, STL, OBJ, OFF, VTK (.vtk, .vtp, the surface cells of .vtu) or glTF "
+                "(.glb, .gltf; in metres); with -label, -above or -below a scan",
     },
     {
         .name = "resolution",
         .type = ValueType::integer,
         .range = between(1, 1024),
         .fallback = "30",
-        .help = "voxels along the longest axis",
+        .help = "voxels along the longest axis; of a scan its own smallest spacing is the fallback",
+    },
+    {
+        .name = "label",
+        .type = ValueType::integer,
+        .range = between(-32768, 32767),
+        .count = {1, any_number},
+        .help = "of a label map in NIfTI, NRRD or MetaImage: mesh the voxels that have one of these labels",
+    },
+    {
+        .name = "above",
+        .type = ValueType::integer,
+        .unit = Unit::hu,
+        .range = between(-32768, 32767),
+        .help = "of a scan: mesh where the interpolated value is at least this",
+    },
+    {
+        .name = "below",
+        .type = ValueType::integer,
+        .unit = Unit::hu,
+        .range = between(-32768, 32767),
+        .help = "of a scan: mesh where the interpolated value is at most this",
+    },
+    {
+        .name = "spacing",
+        .unit = Unit::mm,
+        .range = above_up_to(0, 1000),
+        .help = "edge of a voxel of a scan's part, instead of -resolution",
     },
     {
         .name = "output",
@@ -168,12 +196,52 @@ inline constexpr Parameter kMeshParameters[] = {
         .type = ValueType::flag,
         .help = "write the cubes instead of five tetrahedra for each",
     },
+    {
+        .name = "graded",
+        .type = ValueType::integer,
+        .range = between(1, 4),
+        .label = "LEVELS",
+        .help = "coarser within, over so many doublings of the size; voxels of -resolution along the surface",
+    },
+    {
+        .name = "smooth",
+        .unit = Unit::deg,
+        .range = between(0, 90),
+        .fallback = "0",
+        .help =
+            "with -graded: coarse along the surface too where it faces within this angle of one direction, "
+            "which grows it there by up to a coarse cell",
+    },
+    {
+        .name = "fine",
+        .type = ValueType::box,
+        .repeatable = true,
+        .help = "with -graded: voxels of -resolution throughout this box",
+    },
+    {
+        .name = "leak_picture",
+        .type = ValueType::path,
+        .label = "PNG",
+        .help = "picture of where a surface leaks, drawn when it is too open to be meshed",
+    },
     kThreads,
 };
 inline constexpr Example kMeshExamples[] = {
     {"mesh bunny.ply -resolution 75 -o out/bunny.vtu", "a solid of about half a million tetrahedra"},
     {"mesh skull.stl -resolution 40 -fill winding -hexahedra -o out/skull.inp",
-     "an open surface as cubes for CalculiX"}};
+     "an open surface as cubes for CalculiX"},
+    {"mesh labels.nii.gz -label 3 4 -spacing 1.5 -o out/tongue.vtu", "two labels of a segmentation together"},
+    {"mesh head -above 300 -resolution 120 -o out/bone.msh", "bone of a CT"},
+    {"mesh liver.glb -resolution 80 -graded 3 -fine 0 0 0 20 20 20 -o out/liver.vtu",
+     "fine along the surface and in a box, coarse within"}};
+inline constexpr std::string_view kMeshPart[] = {"label", "above"};
+inline constexpr std::string_view kMeshLabel[] = {"label", "below"};
+inline constexpr std::string_view kMeshSize[] = {"resolution", "spacing"};
+inline constexpr std::string_view kMeshCells[] = {"hexahedra", "graded"};
+inline constexpr Rule kMeshRules[] = {{Rule::at_most_one, kMeshPart},
+                                      {Rule::at_most_one, kMeshLabel},
+                                      {Rule::at_most_one, kMeshSize},
+                                      {Rule::at_most_one, kMeshCells}};
 
 inline constexpr CommandDeclaration kSceneProgramCommands[] = {
     {
@@ -209,7 +277,7 @@ inline constexpr CommandDeclaration kSceneProgramCommands[] = {
     {
         .name = "mesh",
         .group = "Solids",
-        .summary = "Fill a surface with tetrahedra or cubes",
+        .summary = "Fill a surface, or a part of a scan, with tetrahedra or cubes",
         .description =
             "Voxels inside the surface, and those it touches, each split into five tetrahedra that share "
             "whole "
@@ -217,8 +285,11 @@ inline constexpr CommandDeclaration kSceneProgramCommands[] = {
             "marked "
             "in the file. Shells within shells are cavities, what overlaps is joined. Holes of up to one "
             "voxel "
-            "or 0.15 of the longest axis are closed; a wider one is an error that says where it is.",
+            "or 0.15 of the longest axis are closed; a wider one is an error that says where it is. Labels "
+            "and "
+            "thresholds of a scan are resampled to cubes along the patient's axes.",
         .parameters = kMeshParameters,
+        .rules = kMeshRules,
         .examples = kMeshExamples,
     },
 };

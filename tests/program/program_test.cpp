@@ -417,8 +417,40 @@ TEST_F(Program, SurfacesThatCannotBeMeshedAreRefused) {
   expect_refusal(mesh + ".ele -hexahedra", "tetrahedra only");
   expect_refusal(mesh + ".vtu -resolution 0", "resolution");
   expect_refusal("mesh " + (root() / "no.off").string() + " -o " + out().string() + ".vtu", "no.off");
+  const std::string picture = (root() / "leak.png").string();
+  expect_refusal(mesh + ".vtu -leak_picture " + picture, "leak.png shows where");
+  EXPECT_EQ(bytes_of(picture).substr(1, 3), "PNG");
+  expect_refusal(mesh + ".vtu -spacing 2", "-spacing is for parts of a scan");
+  expect_refusal(mesh + ".vtu -fine 0 0 0 1 1 1", "-fine is for graded solids");
   EXPECT_EQ(run(mesh + ".vtu -fill winding").code, 0);
   fs::remove(out().string() + ".vtu");
+}
+
+TEST_F(Program, MeshesPartsOfScansAndGradesSolids) {
+  // A label map of 12 x 12 x 12 voxels of 2 mm: label 3 within the inner 8 x 8 x 8.
+  const fs::path labels = root() / "labels.nrrd";
+  std::string voxels;
+  const auto inner = [](int n) { return n >= 2 && n < 10; };
+  for (int k = 0; k < 12; ++k)
+    for (int j = 0; j < 12; ++j)
+      for (int i = 0; i < 12; ++i) voxels += inner(i) && inner(j) && inner(k) ? '\3' : '\0';
+  write(labels,
+        "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 12 12 12\n"
+        "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\nencoding: raw\n\n" +
+            voxels);
+  const std::string mesh = "mesh " + labels.string() + " -o " + (root() / "l.vtu").string();
+  const Outcome own = run(mesh + " -label 3");
+  EXPECT_EQ(own.code, 0) << own.text;
+  EXPECT_NE(own.text.find("2560 tetrahedra"), std::string::npos) << own.text;
+  EXPECT_NE(own.text.find("cubes of 2 mm"), std::string::npos) << own.text;
+  const Outcome graded = run(mesh + " -label 3 -resolution 32 -graded 2 -fine 10 10 10 12 12 12");
+  EXPECT_EQ(graded.code, 0) << graded.text;
+  EXPECT_NE(graded.text.find("dihedral angles 45 to"), std::string::npos) << graded.text;
+  EXPECT_NE(run(mesh + " -above 2 -spacing 1").text.find("cubes of 1 mm"), std::string::npos);
+  expect_refusal(mesh + " -label 4", "Give labels that there are: 3");
+  expect_refusal(mesh + " -above 100", "no voxel lies within the threshold");
+  expect_refusal(mesh + " -label 3 -no_border", "-no_border is for surfaces");
+  expect_refusal(mesh + " -label 3 -above 2", "label");
 }
 
 TEST_F(Program, HelpVersionAndCompletionWork) {

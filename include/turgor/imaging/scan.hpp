@@ -36,6 +36,9 @@ struct SeriesInfo {
 struct ReadScanOptions {
   std::string
       series;  ///< DICOM series UID (or a unique part of it, or of its description); empty: the largest CT
+  /// Numbers of labels instead of Hounsfield units: sheared stacks are resampled by the nearest voxel, with 0
+  /// outside, and a number beyond 16 bits is an error.
+  bool labels = false;
 };
 
 /// Reads a DICOM folder (or one file of it), .nii/.nii.gz/.hdr+.img, .nrrd/.nhdr, .mha/.mhd (+raw/zraw),

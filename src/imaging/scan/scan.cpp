@@ -121,8 +121,8 @@ Result<Scan> read_any(const fs::path& path, const ReadScanOptions& options, Cont
   }
   TURGOR_TRY(StoredVolume stored, fs::is_directory(status) ? read_dicom(path, options.series, context)
                                                            : read_one_file(path, options, context));
-  TURGOR_TRY(Scan scan, to_canonical(std::move(stored), path, context));
-  note_unknown_modality(scan, path, context);
+  TURGOR_TRY(Scan scan, to_canonical(std::move(stored), path, context, options.labels));
+  if (!options.labels) note_unknown_modality(scan, path, context);
   return scan;
 }
 

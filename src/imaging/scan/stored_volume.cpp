@@ -111,9 +111,25 @@ void resample_row(const StoredVolume& stored, const Vec3& start, int count, std:
   }
 }
 
+/// The same for labels, which have no blends.
+void nearest_row(const StoredVolume& stored, const Vec3& start, int count, std::int16_t* out) {
+  const int j = static_cast<int>(std::lround(start.y)), k = static_cast<int>(std::lround(start.z));
+  const bool there = j >= 0 && k >= 0 && j < stored.size[1] && k < stored.size[2];
+  const auto first = static_cast<int>(std::lround(start.x));
+  for (int n = 0; n < count; ++n) {
+    const int i = first + n;
+    out[n] = 0;
+    if (there && i >= 0 && i < stored.size[0]) {
+      const auto row = static_cast<std::size_t>(k) * static_cast<std::size_t>(stored.size[1]) +
+                       static_cast<std::size_t>(j);
+      out[n] = stored.voxels[row * static_cast<std::size_t>(stored.size[0]) + static_cast<std::size_t>(i)];
+    }
+  }
+}
+
 /// The sheared stack on an orthogonal grid that covers it. Rows stay parallel, so each new row is a blend of
 /// stored rows with constant weights.
-Result<void> resample_sheared(StoredVolume& stored, const std::filesystem::path& path) {
+Result<void> resample_sheared(StoredVolume& stored, bool labels, const std::filesystem::path& path) {
   const Frame frame = orthogonal_frame(stored);
   const Mat3 to_frame = frame.direction.transposed();
   const Mat3 stored_axes{{stored.axes[0], stored.axes[1], stored.axes[2]}};
@@ -148,7 +164,8 @@ Result<void> resample_sheared(StoredVolume& stored, const std::filesystem::path&
                         j = r - k * static_cast<std::size_t>(size[1]);
       const Vec3 offset{0, static_cast<double>(j) * spacing.y, static_cast<double>(k) * spacing.z};
       const Vec3 p = frame.direction * (box.lower + offset);
-      resample_row(stored, to_stored * p, size[0], voxels.data() + r * static_cast<std::size_t>(size[0]));
+      const auto resample = labels ? nearest_row : resample_row;
+      resample(stored, to_stored * p, size[0], voxels.data() + r * static_cast<std::size_t>(size[0]));
     }
   });
   stored.origin += frame.direction * box.lower;
@@ -251,12 +268,16 @@ Result<Index3> checked_size(const std::array<std::int64_t, 3>& size, const std::
   return Index3{static_cast<int>(size[0]), static_cast<int>(size[1]), static_cast<int>(size[2])};
 }
 
-Result<Scan> to_canonical(StoredVolume stored, const std::filesystem::path& path, Context& context) {
+Result<Scan> to_canonical(StoredVolume stored, const std::filesystem::path& path, Context& context,
+                          bool labels) {
   TURGOR_CHECK(check_axes(stored, path));
   stored.info.stored_left_handed = dot(stored.axes[0], cross(stored.axes[1], stored.axes[2])) < 0;
+  if (labels && stored.losses.clamped + stored.losses.not_finite > 0) {
+    return bad_file(path, "holds labels beyond -32768 to 32767", "Renumber the labels from 1");
+  }
   warn_of_losses(stored.losses, path, context);
   if (shear_in_voxels(stored, orthogonal_frame(stored)) > kShearTolerance) {
-    TURGOR_CHECK(resample_sheared(stored, path));
+    TURGOR_CHECK(resample_sheared(stored, labels, path));
   }
   TURGOR_CHECK(context.check());
   const Frame frame = orthogonal_frame(stored);

@@ -53,8 +53,10 @@ std::size_t voxel_count(const Index3& size);
 
 /// Right-handed LPS: axes permuted and flipped to i ≈ +L, j ≈ +P, k ≈ +S, values moved without interpolation;
 /// a sheared stack (gantry tilt) is resampled trilinearly onto an orthogonal grid that covers it, with the
-/// rows of the stored one, air outside. Warns of lost values. Errors: axes without length, not finite or
-/// nearly parallel; fewer than 2 voxels along an axis.
-Result<Scan> to_canonical(StoredVolume stored, const std::filesystem::path& path, Context& context);
+/// rows of the stored one, air outside; labels by the nearest voxel, 0 outside. Warns of lost values. Errors:
+/// axes without length, not finite or nearly parallel; fewer than 2 voxels along an axis; labels that were
+/// lost.
+Result<Scan> to_canonical(StoredVolume stored, const std::filesystem::path& path, Context& context,
+                          bool labels = false);
 
 }  // namespace turgor::scan_io
