@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <string>
+
 namespace turgor {
 namespace {
 
@@ -52,29 +54,35 @@ Result<void> check_springs(const SpringNetwork& network) {
       return broken(fmt::format("the stiffness of spring {} is {} N", i, s.stiffness_n),
                     "A stiffness must be a finite number of at least 0");
     }
-    if (s.law > SpringLaw::collagen) {
+    if (s.law > SpringLaw::hookean) {
       return broken(fmt::format("spring {} has the unknown law {}", i, static_cast<int>(s.law)),
-                    "The laws are linear, exponential, logarithmic, square and collagen");
+                    "The laws are linear, exponential, logarithmic, square, collagen and hookean");
+    }
+  }
+  return {};
+}
+
+// Corners of an element are points of the network, all different; `named` tells which element it is.
+template <std::size_t corners, class Name>
+Result<void> check_corners(const std::array<int, corners>& p, std::size_t points, Name&& named) {
+  for (std::size_t corner = 0; corner < corners; ++corner) {
+    if (p[corner] < 0 || static_cast<std::size_t>(p[corner]) >= points) {
+      return broken(fmt::format("{} has the corner {} of {} points", named(), p[corner], points),
+                    "Point numbers start at 0");
+    }
+    for (std::size_t other = 0; other < corner; ++other) {
+      if (p[corner] == p[other])
+        return broken(fmt::format("{} has the corner {} twice", named(), p[corner]), "Remove it");
     }
   }
   return {};
 }
 
 Result<void> check_volumes(const SpringNetwork& network) {
-  const int points = static_cast<int>(network.rest.size());
   for (std::size_t i = 0; i < network.volumes.size(); ++i) {
     const VolumeElement& v = network.volumes[i];
-    for (int corner = 0; corner < 4; ++corner) {
-      if (v.p[corner] < 0 || v.p[corner] >= points) {
-        return broken(fmt::format("volume {} has the corner {} of {} points", i, v.p[corner], points),
-                      "Point numbers start at 0");
-      }
-      for (int other = 0; other < corner; ++other) {
-        if (v.p[corner] == v.p[other]) {
-          return broken(fmt::format("volume {} has the corner {} twice", i, v.p[corner]), "Remove it");
-        }
-      }
-    }
+    TURGOR_CHECK(
+        check_corners(std::to_array(v.p), network.rest.size(), [&] { return fmt::format("volume {}", i); }));
     if (!above_zero(v.rest_volume_mm3)) {
       return broken(fmt::format("the rest volume of volume {} is {} mm³", i, v.rest_volume_mm3),
                     "Swap two corners of an inverted element, remove a flat one");
@@ -84,6 +92,66 @@ Result<void> check_volumes(const SpringNetwork& network) {
                                 v.modulus_mpa, v.inversion_guard_mpa),
                     "Both must be finite numbers of at least 0");
     }
+  }
+  return {};
+}
+
+Result<void> check_areas(const SpringNetwork& network) {
+  for (std::size_t i = 0; i < network.areas.size(); ++i) {
+    const AreaElement& a = network.areas[i];
+    TURGOR_CHECK(
+        check_corners(std::to_array(a.p), network.rest.size(), [&] { return fmt::format("area {}", i); }));
+    if (!above_zero(a.rest_area_mm2)) {
+      return broken(fmt::format("the rest area of area {} is {} mm²", i, a.rest_area_mm2),
+                    "Remove a flat triangle");
+    }
+    if (!at_least_zero(a.stiffness_nmm)) {
+      return broken(fmt::format("the stiffness of area {} is {} N·mm", i, a.stiffness_nmm),
+                    "It must be a finite number of at least 0");
+    }
+  }
+  return {};
+}
+
+// One kind of a solid's elements, `size` telling the rest length, area or volume of one.
+template <std::size_t corners, class Size>
+Result<void> check_elements(const std::vector<std::array<int, corners>>& elements,
+                            const std::vector<double>& constants, std::size_t points, const char* kind,
+                            std::size_t solid, Size&& size) {
+  if (elements.size() != constants.size()) {
+    return broken(fmt::format("solid {} has {} of kind {} but {} constants for them", solid, elements.size(),
+                              kind, constants.size()),
+                  "Give each one constant");
+  }
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    const auto name = [&] { return fmt::format("{} {} of solid {}", kind, i, solid); };
+    const auto& p = elements[i];
+    TURGOR_CHECK(check_corners(p, points, name));
+    const double rest = size(p);
+    if (!above_zero(rest)) {
+      return broken(fmt::format("the size of {} at rest is {}", name(), rest),
+                    "Swap two corners of an inverted tetrahedron, merge or remove what is flat");
+    }
+    if (!at_least_zero(constants[i]) || !std::isfinite(constants[i] / rest / rest)) {
+      return broken(fmt::format("the constant of {} is {} N·mm", name(), constants[i]),
+                    "It must be a finite number of at least 0, and not too large for so small an element");
+    }
+  }
+  return {};
+}
+
+Result<void> check_solids(const SpringNetwork& network) {
+  const std::vector<Vec3>& x = network.rest;
+  for (std::size_t s = 0; s < network.solids.size(); ++s) {
+    const Solid& solid = network.solids[s];
+    TURGOR_CHECK(
+        check_elements(solid.tetrahedra, solid.tetrahedron_nmm, x.size(), "tetrahedron", s,
+                       [&](const auto& p) { return signed_volume(x[p[0]], x[p[1]], x[p[2]], x[p[3]]); }));
+    TURGOR_CHECK(check_elements(solid.edges, solid.edge_nmm, x.size(), "edge", s,
+                                [&](const auto& p) { return distance(x[p[0]], x[p[1]]); }));
+    TURGOR_CHECK(check_elements(
+        solid.triangles, solid.triangle_nmm, x.size(), "triangle", s,
+        [&](const auto& p) { return 0.5 * length(cross(x[p[1]] - x[p[0]], x[p[2]] - x[p[0]])); }));
   }
   return {};
 }
@@ -116,7 +184,9 @@ Result<void> check_contacts(const SpringNetwork& network) {
 Result<void> validate(const SpringNetwork& network) {
   TURGOR_CHECK(check_points(network));
   TURGOR_CHECK(check_springs(network));
+  TURGOR_CHECK(check_areas(network));
   TURGOR_CHECK(check_volumes(network));
+  TURGOR_CHECK(check_solids(network));
   return check_contacts(network);
 }
 

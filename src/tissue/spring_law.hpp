@@ -1,5 +1,5 @@
-// The laws of Pieper (1989, section 3.2.1) and of collagen as functions of strain, for one spring or for
-// several side by side (Real is double or Lanes), and the integrals that make them energies.
+// The laws of Pieper (1989, section 3.2.1), of collagen and of Hooke as functions of strain, for one spring
+// or for several side by side (Real is double or Lanes), and the integrals that make them energies.
 #pragma once
 
 #include <cmath>
@@ -59,6 +59,10 @@ struct TensionSlope {
 };
 template <SpringLaw law, class Real>
 TensionSlope<Real> law_tension(Real length, Real rest) {
+  if constexpr (law == SpringLaw::hookean) {
+    const Real per_length = 1.0 / rest;
+    return {(length - rest) * per_length, per_length};
+  }
   // Beyond the strain limit the tension continues along its tangent: finite for every length.
   constexpr double reach = 1.0 + kStrainLimit;
   const Real low = rest * (1.0 / reach), high = rest * reach;
@@ -80,6 +84,7 @@ TensionSlope<Real> law_tension(Real length, Real rest) {
 /// Energy over k; its derivative is law_tension().
 template <SpringLaw law>
 double law_energy(double length, double rest) {
+  if constexpr (law == SpringLaw::hookean) return 0.5 * (length - rest) * (length - rest) / rest;
   const double reach = 1.0 + kStrainLimit;
   const double low = rest / reach, high = rest * reach;
   const double inside = length < low ? low : (length > high ? high : length);
@@ -103,6 +108,8 @@ decltype(auto) with_law(SpringLaw law, Body&& body) {
       return body.template operator()<SpringLaw::square>();
     case SpringLaw::collagen:
       return body.template operator()<SpringLaw::collagen>();
+    case SpringLaw::hookean:
+      return body.template operator()<SpringLaw::hookean>();
     case SpringLaw::linear:
       break;
   }

@@ -3,29 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tissue/area_element.hpp"
+#include "tissue/incidence.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor {
 namespace {
 
 constexpr std::size_t kRowGrain = 256;
-
-// Every other corner of the elements at a point, in the order in which rows are assembled.
-template <class Visit>
-void visit_neighbours(const NetworkEnergy& energy, int point, Visit&& visit) {
-  const auto& springs = energy.spring_incidence();
-  for (int k = springs.offsets[point]; k < springs.offsets[point + 1]; ++k) {
-    const auto& ends = energy.spring_ends()[springs.entries[k] / 2];
-    visit(springs.entries[k] % 2 == 0 ? ends.b : ends.a);
-  }
-  const auto& volumes = energy.volume_incidence();
-  for (int k = volumes.offsets[point]; k < volumes.offsets[point + 1]; ++k) {
-    const auto& corners = energy.volume_corners()[volumes.entries[k] / 4];
-    for (int c = 0; c < 4; ++c) {
-      if (c != volumes.entries[k] % 4) visit(corners.p[c]);
-    }
-  }
-}
 
 void add(Mat3& m, const Mat3& n) {
   for (std::size_t j = 0; j < 3; ++j) m.c[j] += n.c[j];
@@ -94,6 +79,15 @@ void add_volume_row(const VolumeStiffness& v, int a, double projection, Mat3* co
   }
 }
 
+void add_area_row(const AreaStiffness& area, int a, double projection, Mat3* const targets[3]) {
+  const AreaParts parts = parts_of(area, projection);
+  const Vec3 own = area_gradient(area.normal, area.edge[a]);
+  for (int b = 0; b < 3; ++b) {
+    if (targets[b] != nullptr)
+      add_area_block(area, parts, a, b, own, area_gradient(area.normal, area.edge[b]), *targets[b]);
+  }
+}
+
 }  // namespace
 
 StiffnessMatrix::StiffnessMatrix(const NetworkEnergy& energy, std::vector<int> unknowns)
@@ -144,6 +138,10 @@ void StiffnessMatrix::assemble(const NetworkEnergy& energy, const ElementStiffne
   });
 }
 
+void StiffnessMatrix::add_to_diagonal(int row, const Mat3& block) {
+  add(blocks_[diagonal_[row]], block);
+}
+
 void StiffnessMatrix::assemble_row(const NetworkEnergy& energy, const ElementStiffness& stiffness, int row) {
   for (int k = offsets_[row]; k < offsets_[row + 1]; ++k) blocks_[k] = Mat3{{Vec3{}, Vec3{}, Vec3{}}};
   Mat3& diagonal = blocks_[diagonal_[row]];
@@ -154,6 +152,16 @@ void StiffnessMatrix::assemble_row(const NetworkEnergy& energy, const ElementSti
     const Mat3 block = spring_block(stiffness.springs[springs.entries[k] / 2]);
     add(diagonal, block);
     if (const int s = *next++; s >= 0) add(blocks_[s], negative(block));
+  }
+  const auto& areas = energy.area_incidence();
+  for (int k = areas.offsets[point]; k < areas.offsets[point + 1]; ++k) {
+    const int corner = areas.entries[k] % 3;
+    Mat3* targets[3];
+    for (int c = 0; c < 3; ++c) {
+      const int s = c == corner ? diagonal_[row] : *next++;
+      targets[c] = s < 0 ? nullptr : &blocks_[s];
+    }
+    add_area_row(stiffness.areas[areas.entries[k] / 3], corner, stiffness.projection, targets);
   }
   const auto& volumes = energy.volume_incidence();
   for (int k = volumes.offsets[point]; k < volumes.offsets[point + 1]; ++k) {

@@ -10,12 +10,53 @@
 namespace turgor {
 namespace {
 
-// A slab with springs of all four laws and guarded volumes, and positions shaken so that springs are
-// stretched and compressed and some volumes are inverted.
+// A slab with springs of all laws, guarded volumes, areas and a solid, and positions shaken so that springs
+// are stretched and compressed and some volumes are inverted.
 struct Shaken {
   SpringNetwork network;
   std::vector<Vec3> positions;
 };
+
+double area_of(const std::vector<Vec3>& x, const int* p) {
+  return 0.5 * length(cross(x[p[1]] - x[p[0]], x[p[2]] - x[p[0]]));
+}
+
+// Over the points of the volumes, every other one of each.
+void add_areas_and_solid(SpringNetwork& net) {
+  std::vector<std::array<int, 4>> tetrahedra;
+  for (std::size_t i = 0; i < net.volumes.size(); ++i) {
+    const int* p = net.volumes[i].p;
+    if (i % 2 == 0) tetrahedra.push_back({p[0], p[1], p[2], p[3]});
+    if (i % 2 == 1) net.areas.push_back({{p[0], p[2], p[3]}, 1.3 * area_of(net.rest, p), 0.8});
+  }
+  net.solids.push_back(*make_solid(std::move(tetrahedra), static_cast<int>(net.rest.size())));
+  const std::array stiffness = {stiffness_of({0.1, 0.4, 1e-3, 0.5})};
+  EXPECT_TRUE(static_cast<bool>(set_stiffness(net.solids[0], net.rest, stiffness)));
+}
+
+// As Morris (2006, section 4.1) writes them.
+double solid_energy(const SpringNetwork& net, const Solid& solid, const std::vector<Vec3>& x) {
+  const auto part = [](double k, double now, double rest) {
+    return 0.5 * k * (now - rest) * (now - rest) / (rest * rest);
+  };
+  const auto volume = [](const std::vector<Vec3>& y, const std::array<int, 4>& p) {
+    return signed_volume(y[p[0]], y[p[1]], y[p[2]], y[p[3]]);
+  };
+  double sum = 0;
+  for (std::size_t i = 0; i < solid.edges.size(); ++i) {
+    const auto [a, b] = solid.edges[i];
+    sum += part(solid.edge_nmm[i], distance(x[a], x[b]), distance(net.rest[a], net.rest[b]));
+  }
+  for (std::size_t i = 0; i < solid.triangles.size(); ++i) {
+    const int* p = solid.triangles[i].data();
+    sum += part(solid.triangle_nmm[i], area_of(x, p), area_of(net.rest, p));
+  }
+  for (std::size_t i = 0; i < solid.tetrahedra.size(); ++i) {
+    const auto& p = solid.tetrahedra[i];
+    sum += part(solid.tetrahedron_nmm[i], volume(x, p), volume(net.rest, p));
+  }
+  return sum;
+}
 
 Shaken make_shaken(int nx, int ny, double amplitude_mm) {
   support::SlabOptions options;
@@ -27,6 +68,7 @@ Shaken make_shaken(int nx, int ny, double amplitude_mm) {
     shaken.network.springs[i].law = kSpringLaws[i % kSpringLaws.size()];
   }
   for (VolumeElement& v : shaken.network.volumes) v.inversion_guard_mpa = 0.5;
+  add_areas_and_solid(shaken.network);
   const RandomStream random(11);
   // Planes through every third point at rest: about half of them are crossed.
   const RandomStream directions(5);
@@ -83,6 +125,11 @@ TEST(NetworkEnergy, IsTheSumOfItsElements) {
                                     s.positions[v.p[3]]))
                .energy;
   }
+  for (const AreaElement& a : s.network.areas) {
+    const double strain = area_of(s.positions, a.p) / a.rest_area_mm2 - 1;
+    sum += 0.5 * a.stiffness_nmm * strain * strain;
+  }
+  sum += solid_energy(s.network, s.network.solids.at(0), s.positions);
   int crossed = 0;
   for (const Contact& c : s.network.contacts) {
     const double depth = dot(c.normal, s.positions[c.point]) - c.offset_mm;
@@ -163,6 +210,8 @@ TEST(NetworkEnergy, ProjectedElementsAloneAreSemiDefinite) {
     net.volumes.push_back({{0, 1, 2, 3}, 0.7, 1.0, seed % 2 == 0 ? 0.0 : 3.0});
     net.springs.push_back({0, 1, 2.0, 1.0, kSpringLaws[static_cast<std::size_t>(seed) % kSpringLaws.size()],
                            SpringKind::membrane});
+    if (seed % 3 != 0) net.volumes.clear();
+    if (seed % 3 != 1) net.areas.push_back({{1, 2, 3}, seed % 2 == 0 ? 0.2 : 5.0, 1.0});
     const NetworkEnergy energy = *NetworkEnergy::prepare(net);
     ElementStiffness k;
     energy.linearise(x, 1.0, k);
@@ -207,6 +256,7 @@ TEST(NetworkEnergy, InternalForcesKeepLinearAndAngularMomentum) {
 
 TEST(NetworkEnergy, CoincidentEndsExertNoForceAndAreCounted) {
   Shaken s = make_shaken(4, 5, 0.2);
+  s.network.solids.clear();
   const NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
   EXPECT_EQ(energy.coincident_springs(s.positions), 0);
   s.positions[s.network.springs[3].a] = s.positions[s.network.springs[3].b];
@@ -217,6 +267,82 @@ TEST(NetworkEnergy, CoincidentEndsExertNoForceAndAreCounted) {
   energy.linearise(s.positions, 0.0, k);
   for (const SpringStiffness& spring : k.springs)
     EXPECT_TRUE(is_finite(spring.direction * spring.transverse));
+}
+
+// A tetrahedron of each energy of a solid alone.
+struct Tetrahedron {
+  SpringNetwork network;
+  explicit Tetrahedron(const SolidStiffness& stiffness) {
+    network.rest = {{0, 0, 0}, {2, 0.1, 0}, {0.3, 1.8, 0.2}, {0.4, 0.5, 1.6}};
+    network.mass_g.assign(4, 1);
+    network.solids.push_back(*make_solid({{0, 1, 2, 3}}, 4));
+    EXPECT_TRUE(static_cast<bool>(set_stiffness(network.solids[0], network.rest, std::array{stiffness})));
+  }
+};
+constexpr std::array kEachEnergy = {SolidStiffness{1, 0, 0}, SolidStiffness{0, 1, 0},
+                                    SolidStiffness{0, 0, 1}};
+
+TEST(NetworkEnergy, EachEnergyOfASolidHasItsForcesAndStiffnessInvertedAndFlatToo) {
+  for (const SolidStiffness& only : kEachEnergy) {
+    const Tetrahedron t(only);
+    const NetworkEnergy energy = *NetworkEnergy::prepare(t.network);
+    // Stretched, flat, inverted.
+    for (const double height : {1.7, 0.0, -1.2}) {
+      std::vector<Vec3> x = t.network.rest;
+      for (Vec3& p : x) p = {1.1 * p.x, p.y - 0.2 * p.x, height * p.z};
+      if (height == 0) x[3] = {0.5, 0.6, 0}, x[2].z = 0;
+      const std::vector<Vec3> f = forces_at(energy, x);
+      NetworkEnergy::Workspace workspace;
+      ElementStiffness k;
+      energy.linearise(x, 0, k);
+      const double h = 1e-6;
+      for (std::size_t i = 0; i < 12; ++i) {
+        std::vector<Vec3> unit(4), product(4);
+        unit[i / 3][static_cast<int>(i % 3)] = 1;
+        const std::vector<Vec3> high = moved(x, unit, h), low = moved(x, unit, -h);
+        EXPECT_NEAR(inner(f, unit), -(energy.value(high) - energy.value(low)) / (2 * h), 1e-8);
+        energy.multiply(k, unit, product, workspace);
+        const std::vector<Vec3> fh = forces_at(energy, high), fl = forces_at(energy, low);
+        for (std::size_t p = 0; p < 4; ++p)
+          EXPECT_LT(distance(product[p], (fl[p] - fh[p]) / (2 * h)), 1e-7) << height << ' ' << p;
+      }
+    }
+  }
+}
+
+TEST(NetworkEnergy, WhatHasNoAreaOrLengthHasNoForceAndIsFinite) {
+  for (const SolidStiffness& only : {kEachEnergy[0], kEachEnergy[1]}) {
+    const Tetrahedron t(only);
+    const NetworkEnergy energy = *NetworkEnergy::prepare(t.network);
+    for (const Vec3& along : {Vec3{}, Vec3{1, 0, 0}, Vec3{1e-170, 0, 0}}) {
+      // All in one point; on a line, where triangles alone have no force.
+      const std::vector<Vec3> x = {{}, along, along * 2, along * 3};
+      const bool has_force = only.length > 0 && along != Vec3{};
+      NetworkEnergy::Workspace workspace;
+      ElementStiffness k;
+      for (const double projection : {0.0, 1.0}) {
+        energy.linearise(x, projection, k);
+        std::vector<Vec3> product(4);
+        energy.multiply(k, {{{1, 2, 3}, {-1, 1, 0}, {}, {5, 1, 1}}}, product, workspace);
+        for (const Vec3& p : product) EXPECT_TRUE(is_finite(p));
+      }
+      for (const Vec3& f : forces_at(energy, x)) {
+        EXPECT_TRUE(is_finite(f));
+        if (!has_force) EXPECT_EQ(length(f), 0);
+      }
+      EXPECT_TRUE(std::isfinite(energy.value(x)));
+    }
+  }
+}
+
+TEST(NetworkEnergy, ADrivenSpringHasItsNewLength) {
+  Shaken s = make_shaken(4, 5, 0.5);
+  NetworkEnergy energy = *NetworkEnergy::prepare(s.network);
+  for (const int spring : {0, 3, 17}) {
+    s.network.springs[static_cast<std::size_t>(spring)].rest_length_mm *= 0.7;
+    energy.set_rest_length(spring, s.network.springs[static_cast<std::size_t>(spring)].rest_length_mm);
+  }
+  EXPECT_EQ(energy.value(s.positions), NetworkEnergy::prepare(s.network)->value(s.positions));
 }
 
 TEST(NetworkEnergy, HasTheSameBitsOnOneAndTwoThreads) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "support/lattice_solid.hpp"
 #include "support/layered_slab.hpp"
 
 namespace turgor {
@@ -66,6 +67,42 @@ TEST(SpringNetwork, ThatBreaksItsInvariantIsNamedWithTheFirstFault) {
     const auto checked = validate(network);
     ASSERT_FALSE(static_cast<bool>(checked)) << c.says;
     EXPECT_EQ(checked.error().kind, ErrorKind::bad_input);
+    EXPECT_NE(checked.error().message().find(c.says), std::string::npos) << checked.error().message();
+  }
+}
+
+TEST(SpringNetwork, WithAreasAndSolidsIsNamedWithTheFirstFault) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  struct Case {
+    std::function<void(SpringNetwork&)> damage;
+    const char* says;
+  };
+  const Case cases[] = {
+      {[](SpringNetwork& n) { n.areas[0].p[1] = -3; }, "area 0 has the corner -3"},
+      {[](SpringNetwork& n) { n.areas[0].p[1] = n.areas[0].p[2]; }, "area 0 has the corner 2 twice"},
+      {[](SpringNetwork& n) { n.areas[0].rest_area_mm2 = 0; }, "rest area of area 0"},
+      {[&](SpringNetwork& n) { n.areas[0].stiffness_nmm = nan; }, "stiffness of area 0"},
+      {[](SpringNetwork& n) { n.solids[0].edge_nmm.pop_back(); }, "constants"},
+      {[](SpringNetwork& n) { n.solids[0].edge_nmm[4] = -1; }, "constant of edge 4 of solid 0"},
+      {[&](SpringNetwork& n) { n.solids[0].triangle_nmm[2] = nan; }, "constant of triangle 2 of solid 0"},
+      {[](SpringNetwork& n) { n.solids[0].tetrahedra[3][2] = 99; },
+       "tetrahedron 3 of solid 0 has the corner 99"},
+      {[](SpringNetwork& n) {
+         n.solids[0].edges[1] = {1, 1};
+       },
+       "edge 1 of solid 0 has the corner 1 twice"},
+      {[](SpringNetwork& n) { std::swap(n.solids[0].tetrahedra[2][0], n.solids[0].tetrahedra[2][1]); },
+       "tetrahedron 2 of solid 0"},
+      {[](SpringNetwork& n) { n.rest[5] = n.rest[4]; }, "tetrahedron"},
+  };
+  SpringNetwork sound = support::lattice_network({2, 1, 1, 3, {}});
+  sound.areas.push_back({{0, 1, 2}, 2.0, 1.0});
+  ASSERT_TRUE(static_cast<bool>(validate(sound)));
+  for (const Case& c : cases) {
+    SpringNetwork network = sound;
+    c.damage(network);
+    const auto checked = validate(network);
+    ASSERT_FALSE(static_cast<bool>(checked)) << c.says;
     EXPECT_NE(checked.error().message().find(c.says), std::string::npos) << checked.error().message();
   }
 }

@@ -30,6 +30,8 @@ double law_of(SpringLaw law, double s) {
       return s * s;
     case SpringLaw::collagen:
       return s < 0.1 ? 5 * s * s : s - 0.05;
+    case SpringLaw::hookean:
+      return s;
   }
   return 0;
 }
@@ -169,6 +171,18 @@ TEST(VolumeElement, StressIsTheSlopeOfTheEnergyAndRestoresAnInvertedElement) {
   EXPECT_EQ(respond(guarded, 0.5).mean_stress, respond(plain, 0.5).mean_stress)
       << "no guard above a fifth of V0";
   EXPECT_NEAR(respond(guarded, 0.0).mean_stress, respond(plain, 0.0).mean_stress - 4.0, 1e-12);
+}
+
+TEST(SpringLaw, HookeanIsLinearInStretchAndCompressionDownToLengthZero) {
+  const Spring spring = make_spring(SpringLaw::hookean);
+  for (const double strain : {-1.0, -0.999, -0.5, -1e-6, 0.0, 1e-6, 0.5, 2.0, 80.0}) {
+    const double length = 3.0 * (1 + strain);
+    const SpringResponse r = respond(spring, length);
+    const double expected = (length - 3.0) / 3.0;
+    EXPECT_NEAR(r.tension, 0.7 * expected, 1e-15) << strain;
+    EXPECT_DOUBLE_EQ(r.slope, 0.7 / 3.0) << strain;
+    EXPECT_NEAR(r.energy, 0.7 * 3.0 * 0.5 * expected * expected, 1e-12 * (1 + r.energy)) << strain;
+  }
 }
 
 }  // namespace

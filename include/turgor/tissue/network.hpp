@@ -1,4 +1,5 @@
-// The spring network: points, springs and volumes, and the laws of their materials (models.md 1 and 2).
+// The tissue model: points, springs, volumes, areas and solids, and the laws of their materials (models.md 1
+// and 2).
 #pragma once
 
 #include <array>
@@ -8,6 +9,7 @@
 
 #include "turgor/core/error.hpp"
 #include "turgor/math/vec.hpp"
+#include "turgor/tissue/solid.hpp"
 
 namespace turgor {
 
@@ -15,10 +17,12 @@ namespace turgor {
 /// carries no compression: crimped fibres that straighten evenly between the strains 0 and w =
 /// kCollagenRecruitment, f(s) = s²/(2w), and all carry beyond, f(s) = s − w/2. In parallel with a linear
 /// spring of shorter rest length, elastin, it gives the J-shaped law of skin (the thesis, figure 2-1).
-enum class SpringLaw : std::uint8_t { linear, exponential, logarithmic, square, collagen };
+/// `hookean` is linear in the strain of engineers, (L − L0)/L0, in tension and compression alike: the force
+/// that keeps distances in Morris (2006), section 4.1.
+enum class SpringLaw : std::uint8_t { linear, exponential, logarithmic, square, collagen, hookean };
 
 inline constexpr std::array kSpringLaws = {SpringLaw::linear, SpringLaw::exponential, SpringLaw::logarithmic,
-                                           SpringLaw::square, SpringLaw::collagen};
+                                           SpringLaw::square, SpringLaw::collagen,    SpringLaw::hookean};
 inline constexpr double kCollagenRecruitment = 0.1;
 
 /// Where in layered tissue a spring lies (Pieper 1989, section 5.6).
@@ -46,6 +50,14 @@ struct VolumeElement {
   static constexpr double kGuardFrom = 0.2;
 };
 
+/// A triangle whose area is kept: energy ½ k ((A − A0)/A0)² (Morris 2006, section 4.1). A flat one, of area
+/// 0, has no direction to grow in: no force.
+struct AreaElement {
+  int p[3] = {0, 0, 0};
+  double rest_area_mm2 = 1;  ///< > 0
+  double stiffness_nmm = 0;  ///< k, ≥ 0
+};
+
 /// A half-space that one point stays in, as free tissue stays outside bone: energy ½ k d² of the distance
 /// d = n·x − offset where d < 0, and ½ k' d² where d > 0: k' = 0 lets the point go, k' > 0 lets it slide
 /// along the plane alone, as wet mucosa does. Without friction.
@@ -65,6 +77,8 @@ struct SpringNetwork {
   std::vector<double> mass_g;  ///< per point
   std::vector<Spring> springs;
   std::vector<VolumeElement> volumes;
+  std::vector<AreaElement> areas;
+  std::vector<Solid> solids;      ///< their points among those above
   std::vector<Contact> contacts;  ///< by rising point, at most one each
 };
 
@@ -74,7 +88,7 @@ inline bool is_within_reach(const Vec3& p) {
   return std::abs(p.x) <= kFarthestMm && std::abs(p.y) <= kFarthestMm && std::abs(p.z) <= kFarthestMm;
 }
 
-/// Errors name the first spring, volume or point that breaks the invariant.
+/// Errors name the first spring, volume, area, solid or point that breaks the invariant.
 Result<void> validate(const SpringNetwork& network);
 
 /// Signed tension along the spring, N (positive pulls the ends together), its energy in N·mm, and dT/dL in

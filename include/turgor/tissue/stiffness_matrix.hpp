@@ -17,6 +17,8 @@ class StiffnessMatrix {
   StiffnessMatrix(const NetworkEnergy& energy, std::vector<int> unknowns);
 
   void assemble(const NetworkEnergy& energy, const ElementStiffness& stiffness);
+  /// After assemble(): what else holds the point of one row, symmetric, N/mm.
+  void add_to_diagonal(int row, const Mat3& block);
 
   [[nodiscard]] int rows() const { return static_cast<int>(unknowns_.size()); }
   [[nodiscard]] const std::vector<int>& unknowns() const { return unknowns_; }
