@@ -37,7 +37,8 @@ BarrierResponse sphere(const Barrier& b, const Vec3& point) {
   const double r = length(out);
   if (!(r > 0) || !acts_at(b, r - b.radius_mm)) return {};
   const SpringResponse s = respond_at(b, b.radius_mm, r);
-  return {s.energy, out * (-s.tension / r), std::max(s.slope, 0.0) + std::abs(s.tension) / r};
+  const double slope = std::max(s.slope, 0.0);
+  return {s.energy, out * (-s.tension / r), slope + std::abs(s.tension) / r, slope};
 }
 
 // A signed distance with its gradient; depth counts as the lengthening of a spring of length scale_mm, whose
@@ -46,8 +47,8 @@ BarrierResponse by_distance(const Barrier& b, double distance, const Vec3& gradi
   if (!acts_at(b, distance)) return {};
   const SpringResponse s = respond_at(b, b.scale_mm, b.scale_mm + std::abs(distance));
   const double towards = distance < 0 ? 1.0 : -1.0;
-  return {s.energy, gradient * (towards * s.tension),
-          std::max(s.slope, 0.0) * squared_length(gradient) + std::abs(s.tension) * curvature};
+  const double slope = std::max(s.slope, 0.0) * squared_length(gradient);
+  return {s.energy, gradient * (towards * s.tension), slope + std::abs(s.tension) * curvature, slope};
 }
 
 // The second derivative of a distance to an edge or a corner is one over the distance; that of the flat of a

@@ -148,7 +148,8 @@ void BlockCg::make_part(const StiffnessMatrix& matrix, Part& part, Belongs&& bel
   part.blocks.resize(kBlock * part.columns.size());
 }
 
-bool BlockCg::factor(const StiffnessMatrix& matrix, double damping) {
+bool BlockCg::factor(const StiffnessMatrix& matrix, double damping,
+                     std::span<const CoupledStiffness> coupled) {
   const auto n = static_cast<std::size_t>(clusters());
   double mean = 0;
   for (int i = 0; i < matrix.rows(); ++i) {
@@ -170,7 +171,41 @@ bool BlockCg::factor(const StiffnessMatrix& matrix, double damping) {
       for (Part* part : {&lower_, &upper_, &outer_}) scale_row(matrix, *part, static_cast<int>(c));
     }
   });
+  couple(coupled);
   return true;
+}
+
+void BlockCg::couple(std::span<const CoupledStiffness> coupled) {
+  couplings_.clear();
+  coupled_stiffness_.clear();
+  coupled_force_.resize(coupled.size());
+  for (std::size_t term = 0; term < coupled.size(); ++term) {
+    coupled_stiffness_.push_back(coupled[term].stiffness);
+    for (std::size_t i = 0; i < coupled[term].rows.size(); ++i) {
+      const int row = coupled[term].rows[i], cluster = cluster_of_row_[row];
+      const int first = 3 * (row - cluster_offsets_[cluster]);
+      couplings_.push_back({cluster, static_cast<int>(term), {}});
+      for (int k = 0; k < 3 * kSize; ++k) {
+        couplings_.back().columns[static_cast<std::size_t>(k)] =
+            coupled[term].weights[i] *
+            inverse_factors_[static_cast<std::size_t>(cluster)][static_cast<std::size_t>(kSize * first + k)];
+      }
+    }
+  }
+  std::stable_sort(couplings_.begin(), couplings_.end(),
+                   [](const Coupling& a, const Coupling& b) { return a.cluster < b.cluster; });
+}
+
+// Forces of the coupled terms against t.
+void BlockCg::pull_coupled() {
+  std::fill(coupled_force_.begin(), coupled_force_.end(), Vec3{});
+  for (const Coupling& c : couplings_) {
+    const Twelve t = Twelve::load(&solved_[kSize * c.cluster]);
+    for (int k = 0; k < 3; ++k)
+      coupled_force_[c.term][k] += inner(Twelve::load(&c.columns[static_cast<std::size_t>(kSize * k)]), t);
+  }
+  for (std::size_t i = 0; i < coupled_force_.size(); ++i)
+    coupled_force_[i] = coupled_stiffness_[i] * coupled_force_[i];
 }
 
 bool BlockCg::factor_cluster(const StiffnessMatrix& matrix, int cluster, double shift) {
@@ -256,14 +291,23 @@ void BlockCg::backward(std::size_t domain, std::span<const double> right_hand_si
   }
 }
 
-// image = (1 + L)⁻¹ (p − t + R t) in one domain, all of t being known; returns its part of p · (t + image).
+// image = (1 + L)⁻¹ (p − t + (R + U) t) in one domain, U t the coupled forces, all of t being known; returns
+// its part of p · (t + image).
 double BlockCg::apply(std::size_t domain) {
   double product = 0;
+  auto coupling = std::lower_bound(couplings_.begin(), couplings_.end(), bounds_[domain],
+                                   [](const Coupling& x, int cluster) { return x.cluster < cluster; });
   for (int c = bounds_[domain]; c < bounds_[domain + 1]; ++c) {
     const Twelve p = Twelve::load(&direction_[kSize * c]), t = Twelve::load(&solved_[kSize * c]);
     Twelve v = p - t;
     for (int k = outer_.begin(c); k < outer_.end(c); ++k) {
       v = v + block_times(&outer_.blocks[kBlock * k], &solved_[kSize * outer_.columns[k]]);
+    }
+    for (; coupling != couplings_.end() && coupling->cluster == c; ++coupling) {
+      for (int k = 0; k < 3; ++k) {
+        v = v + Twelve::load(&coupling->columns[static_cast<std::size_t>(kSize * k)]) *
+                    coupled_force_[coupling->term][k];
+      }
     }
     for (int k = lower_.begin(c); k < lower_.end(c); ++k) {
       v = v - block_times(&lower_.blocks[kBlock * k], &image_[kSize * lower_.columns[k]]);
@@ -302,6 +346,7 @@ CgResult BlockCg::solve(std::span<const Vec3> b, double tolerance, int max_itera
       backward(d, direction_, solved_);
       return 0.0;
     });
+    pull_coupled();
     const double curvature = over_domains([&](std::size_t d) { return apply(d); });
     if (!(curvature > 0)) {
       result.outcome = CgOutcome::indefinite;

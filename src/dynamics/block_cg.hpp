@@ -37,6 +37,13 @@ struct CgResult {
   double reduction = 1;  ///< ‖r‖ / ‖b‖ reached
 };
 
+/// wᵢ wⱼ S added between all pairs of some rows: what holds the weighted mean of their points.
+struct CoupledStiffness {
+  std::vector<int> rows;
+  std::vector<double> weights;
+  Mat3 stiffness;  ///< S, symmetric, positive semi-definite, N/mm
+};
+
 class BlockCg {
  public:
   static constexpr int kClusterPoints = 4, kClusterSize = 3 * kClusterPoints;
@@ -46,8 +53,9 @@ class BlockCg {
   BlockCg(const StiffnessMatrix& matrix, std::vector<int> cluster_offsets);
 
   /// Takes over the values of the matrix it was made for, with `damping` times the mean of its diagonal added
-  /// to the diagonal. False where a diagonal block is not positive definite.
-  bool factor(const StiffnessMatrix& matrix, double damping);
+  /// to the diagonal. `coupled` joins the matrix but not its preconditioner: it costs a few iterations.
+  /// False where a diagonal block is not positive definite.
+  bool factor(const StiffnessMatrix& matrix, double damping, std::span<const CoupledStiffness> coupled = {});
 
   /// Solves to ‖r‖ ≤ tolerance ‖b‖ in the norm of the preconditioner. `x` is filled whatever the outcome:
   /// every iterate of conjugate gradients is a direction of descent of the energy.
@@ -74,6 +82,11 @@ class BlockCg {
     std::int16_t row, column;
   };
   using Dense = std::array<double, kClusterSize * kClusterSize>;  // by columns
+  // The part of one cluster in one coupled term: Σ wᵢ W eᵢ for each axis.
+  struct Coupling {
+    int cluster, term;
+    std::array<double, 3 * kClusterSize> columns;
+  };
 
   void make_domains();
   template <class Belongs>
@@ -81,6 +94,8 @@ class BlockCg {
   bool factor_cluster(const StiffnessMatrix& matrix, int cluster, double shift);
   void scale_row(const StiffnessMatrix& matrix, Part& part, int cluster) const;
   [[nodiscard]] int clusters() const { return static_cast<int>(cluster_offsets_.size()) - 1; }
+  void couple(std::span<const CoupledStiffness> coupled);
+  void pull_coupled();
   void forward(std::size_t domain, std::span<const double> right_hand_side, std::span<double> out) const;
   void backward(std::size_t domain, std::span<const double> right_hand_side, std::span<double> out) const;
   double start(std::size_t domain, std::span<const Vec3> b);
@@ -93,6 +108,9 @@ class BlockCg {
   Part lower_, upper_, outer_;
   std::vector<Entry> entries_;          // of the pairs of all parts
   std::vector<Dense> inverse_factors_;  // W = C⁻¹ of each diagonal block C Cᵀ
+  std::vector<Coupling> couplings_;     // by rising cluster
+  std::vector<Mat3> coupled_stiffness_;
+  std::vector<Vec3> coupled_force_;  // of each term, at the present direction
   std::vector<double> residual_, direction_, solved_, image_,
       solution_;  // twelve a cluster, zero beyond its points
 };

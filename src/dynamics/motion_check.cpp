@@ -85,7 +85,18 @@ Result<void> check(const MotionModel& model) {
                       "It must be a finite number of at least 0");
   }
   TURGOR_CHECK(check_barriers(model.barriers, model.network.rest.size()));
+  for (const Grab& grab : model.grabs) TURGOR_CHECK(validate(grab, model.network.rest.size()));
   return check_relaxation(model.relaxation);
+}
+
+Result<void> check_rest_length(int spring, double rest_length_mm, std::size_t springs) {
+  if (spring < 0 || at(spring) >= springs)
+    return bad_motion(fmt::format("there is no spring {}, of {}", spring, springs), "Numbers start at 0");
+  if (!(std::isfinite(rest_length_mm) && rest_length_mm > 0)) {
+    return bad_motion(fmt::format("the rest length of spring {} is to be {} mm", spring, rest_length_mm),
+                      "It must be a finite number above 0");
+  }
+  return {};
 }
 
 Result<void> check_control(double duration_ms, const StepControl& c) {

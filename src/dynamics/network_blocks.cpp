@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "dynamics/bisect.hpp"
 #include "math/lanes.hpp"
 #include "tissue/incidence.hpp"
 #include "tissue/spring_law.hpp"
@@ -23,28 +24,6 @@ constexpr std::size_t kAhead = 16;  // points that are fetched from memory befor
 
 template <class Real>
 constexpr bool kIsScalar = std::is_same_v<Real, double>;
-
-// Halves at the median along the longest side until every piece fits a block.
-template <class Emit>
-void bisect(std::span<int> points, const std::vector<Vec3>& x, const Emit& emit) {
-  if (points.size() <= kOwn) {
-    std::sort(points.begin(), points.end());
-    emit(points);
-    return;
-  }
-  Box3 box;
-  for (const int p : points) box.extend(x[at(p)]);
-  const Vec3 size = box.size();
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const std::size_t half = points.size() / 2;
-  std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half), points.end(),
-                   [&](int p, int q) {
-                     const double a = x[at(p)][axis], b = x[at(q)][axis];
-                     return a != b ? a < b : p < q;
-                   });
-  bisect(points.first(half), x, emit);
-  bisect(points.subspan(half), x, emit);
-}
 
 template <class Real>
 Real load(const double* from) {
@@ -158,6 +137,8 @@ NetworkBlocks::NetworkBlocks(const MotionModel& model, std::span<const double> s
   });
   const auto volumes_at = make_incidence(points, 4 * static_cast<int>(net.volumes.size()),
                                          [&](int e) { return net.volumes[at(e / 4)].p[e % 4]; });
+  const auto areas_at = make_incidence(points, 3 * static_cast<int>(net.areas.size()),
+                                       [&](int e) { return net.areas[at(e / 3)].p[e % 3]; });
   std::vector<int> relaxing_number(net.springs.size(), -1);
   int relaxing = 0;
   for (std::size_t i = 0; i < model.springs.size(); ++i)
@@ -166,12 +147,15 @@ NetworkBlocks::NetworkBlocks(const MotionModel& model, std::span<const double> s
   for (int p = 0; p < points; ++p)
     if (mobile_[at(p)] != 0) mobile.push_back(p);
   std::vector<int> local(net.rest.size(), -1);
-  const Layout layout{model, share, springs_at, volumes_at, relaxing_number};
-  bisect(mobile, net.rest, [&](std::span<const int> own) { lay_out_block(layout, own, local); });
+  const Layout layout{model, share, springs_at, areas_at, volumes_at, relaxing_number};
+  detail::bisect(
+      std::span(mobile), [&](int p) { return net.rest[at(p)]; },
+      [](std::span<const int> own) { return own.size() <= kOwn; },
+      [&](std::span<const int> own) { lay_out_block(layout, own, local); });
 }
 
 void NetworkBlocks::lay_out_block(const Layout& layout, std::span<const int> own, std::vector<int>& local) {
-  Block block{members_.size(), own.size(), 0, {}, 0, 0};
+  Block block{members_.size(), own.size(), 0, {}, 0, 0, 0, 0};
   const auto enter = [&](int point) {
     if (local[at(point)] >= 0) return;
     local[at(point)] = static_cast<int>(members_.size() - block.first_member);
@@ -179,6 +163,7 @@ void NetworkBlocks::lay_out_block(const Layout& layout, std::span<const int> own
   };
   for (const int p : own) enter(p);
   lay_out_springs(layout, block, own, local, enter);
+  lay_out_areas(layout, block, own, local, enter);
   lay_out_volumes(layout, block, own, local, enter);
   block.members = members_.size() - block.first_member;
   for (std::size_t i = 0; i < block.members; ++i) local[at(members_[block.first_member + i])] = -1;
@@ -237,34 +222,66 @@ void NetworkBlocks::lay_out_group(const Layout& layout, std::span<const Draft> d
   }
 }
 
-// Lanes as those of springs.
+// The elements of so many corners at own points, each at the first of these: own corners come before those
+// of the halo.
+template <class Element, class Enter>
+std::vector<int> NetworkBlocks::elements_at(const std::vector<Element>& elements,
+                                            const NetworkEnergy::Incidence& at_point,
+                                            std::span<const int> own, std::span<const int> local,
+                                            const Enter& enter) {
+  constexpr int corners = static_cast<int>(std::extent_v<decltype(Element::p)>);
+  std::vector<int> found;
+  for (const int p : own) {
+    for (int k = at_point.offsets[at(p)]; k < at_point.offsets[at(p) + 1]; ++k) {
+      const int i = at_point.entries[at(k)] / corners;
+      int first = p;
+      for (const int q : elements[at(i)].p) {
+        enter(q);
+        if (local[at(q)] < local[at(first)]) first = q;
+      }
+      if (first == p) found.push_back(i);
+    }
+  }
+  return found;
+}
+
+// Lanes as those of springs: visit(element, −1 where there is none) slot by slot.
+template <class Visit>
+void NetworkBlocks::visit_slots(std::span<const int> elements, const Visit& visit) {
+  const std::size_t rows = (elements.size() + kWidth - 1) / kWidth;
+  for (std::size_t slot = 0; slot < rows * kWidth; ++slot) {
+    const std::size_t from = (slot % kWidth) * rows + slot / kWidth;
+    visit(from < elements.size() ? elements[from] : -1);
+  }
+}
+
+template <class Enter>
+void NetworkBlocks::lay_out_areas(const Layout& layout, Block& block, std::span<const int> own,
+                                  std::span<const int> local, const Enter& enter) {
+  const auto& areas = layout.model.network.areas;
+  block.first_area = area_stiffness_.size();
+  visit_slots(elements_at(areas, layout.areas_at, own, local, enter), [&](int i) {
+    const AreaElement a = i >= 0 ? areas[at(i)] : AreaElement{};
+    for (std::size_t c = 0; c < 3; ++c) area_corner_[c].push_back(i >= 0 ? local[at(a.p[c])] : 0);
+    const double doubled = 2 * a.rest_area_mm2;
+    doubled_area_.push_back(doubled);
+    area_stiffness_.push_back(a.stiffness_nmm / (doubled * doubled));
+  });
+  block.areas_end = area_stiffness_.size();
+}
+
 template <class Enter>
 void NetworkBlocks::lay_out_volumes(const Layout& layout, Block& block, std::span<const int> own,
                                     std::span<const int> local, const Enter& enter) {
   const auto& volumes = layout.model.network.volumes;
-  std::vector<int> drafts;
-  for (const int p : own) {
-    for (int k = layout.volumes_at.offsets[at(p)]; k < layout.volumes_at.offsets[at(p) + 1]; ++k) {
-      const int i = layout.volumes_at.entries[at(k)] / 4;
-      int first = p;  // of its own corners, which come before those of the halo
-      for (const int q : volumes[at(i)].p) {
-        enter(q);
-        if (local[at(q)] < local[at(first)]) first = q;
-      }
-      if (first == p) drafts.push_back(i);
-    }
-  }
   block.first_volume = sixth_inverse_.size();
-  const std::size_t rows = (drafts.size() + kWidth - 1) / kWidth;
-  for (std::size_t slot = 0; slot < rows * kWidth; ++slot) {
-    const std::size_t from = (slot % kWidth) * rows + slot / kWidth;
-    const bool real = from < drafts.size();
-    const VolumeElement v = real ? volumes[at(drafts[from])] : VolumeElement{};
-    for (std::size_t c = 0; c < 4; ++c) corner_[c].push_back(real ? local[at(v.p[c])] : 0);
-    sixth_inverse_.push_back(real ? 1 / (6 * v.rest_volume_mm3) : 0);
+  visit_slots(elements_at(volumes, layout.volumes_at, own, local, enter), [&](int i) {
+    const VolumeElement v = i >= 0 ? volumes[at(i)] : VolumeElement{};
+    for (std::size_t c = 0; c < 4; ++c) corner_[c].push_back(i >= 0 ? local[at(v.p[c])] : 0);
+    sixth_inverse_.push_back(i >= 0 ? 1 / (6 * v.rest_volume_mm3) : 0);
     sixth_modulus_.push_back(v.modulus_mpa / 6);
     sixth_guard_.push_back(v.inversion_guard_mpa / 6);
-  }
+  });
   block.volumes_end = sixth_inverse_.size();
 }
 
@@ -320,6 +337,36 @@ int NetworkBlocks::add_group(const Block& block, std::size_t group, std::span<co
   return coincident;
 }
 
+// With n = 2 A and n₀ of A₀ the energy is ½ κ (n − n₀)², κ = k/n₀². Between corners c and d the blocks are
+// κ |e_c||e_d| at most within the plane and the tension κ |n − n₀| e_c·e_d/n across it, e being the edges
+// opposite, and the tension turned by a right angle within. A flat one has no direction.
+template <class Real, NetworkBlocks::Wants wants>
+void NetworkBlocks::add_areas(const Block& block, const Buffers& to) const {
+  constexpr std::size_t width = kIsScalar<Real> ? 1 : kWidth;
+  for (std::size_t i = block.first_area; i < block.areas_end; i += width) {
+    const int* const p[3] = {&area_corner_[0][i], &area_corner_[1][i], &area_corner_[2][i]};
+    const Column<Real> e[3] = {difference<Real>(to.position, p[1], p[2]),
+                               difference<Real>(to.position, p[2], p[0]),
+                               difference<Real>(to.position, p[0], p[1])};
+    const auto n = cross(e[0], e[1]);
+    const Real size = root(dot(n, n)), none = Real{}, k = load<Real>(&area_stiffness_[i]);
+    const auto acts = size > 0.0;
+    const Real tension = k * (size - load<Real>(&doubled_area_[i])), inverse = 1.0 / size;
+    const Real pull = acts ? tension * inverse : none;
+    Real length[3] = {none, none, none}, around = none, turning = none;
+    if constexpr (wants == Wants::stiffness) {
+      const Real across = pull < 0.0 ? -pull : pull;
+      for (std::size_t c = 0; c < 3; ++c) length[c] = root(dot(e[c], e[c]));
+      around = (k > across ? k : across) * ((length[0] + length[1]) + length[2]);
+      turning = (across * size) * 2.0;
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto f = cross(e[c], n);
+      scatter<Real>(to.force, p[c], {f.x * pull, f.y * pull, f.z * pull}, around * length[c] + turning);
+    }
+  }
+}
+
 // With h = 6 ∂V/∂x the blocks of the stiffness between corners c and d are h hᵀ/36 · ∂²E/∂V², of the norm
 // |h_c||h_d|/36 · ∂²E/∂V², and the mean stress times the opposite edge over 6, turned; a row has three of
 // these, whose edges are no longer than 2 (|e₁| + |e₂| + |e₃|) ≤ 2 √(3 Σ e²) together.
@@ -355,6 +402,9 @@ template <class Real, NetworkBlocks::Wants wants>
 NetworkBlocks::Sums NetworkBlocks::sum(std::size_t number, const MotionState& state,
                                        std::span<const double> offset, std::vector<Quad>& scratch) const {
   const Block& block = blocks_[number];
+  const bool bare = block.group[0] == block.group[kGroups] && block.first_area == block.areas_end &&
+                    block.first_volume == block.volumes_end;
+  if (bare) return {std::span(members_).subspan(block.first_member, block.own)};
   if (scratch.size() < 3 * block.members) scratch.resize(3 * block.members);
   const Buffers to{scratch.data(), scratch.data() + block.members, scratch.data() + 2 * block.members};
   const std::span<const int> members = std::span(members_).subspan(block.first_member, block.members);
@@ -371,13 +421,14 @@ NetworkBlocks::Sums NetworkBlocks::sum(std::size_t number, const MotionState& st
     const Vec3& v = state.velocity[at(members[i])];
     to.velocity[i] = {{v.x, v.y, v.z, 0}};
   }
-  Sums sums{members.first(block.own), to.position, to.velocity, to.force, 0};
+  Sums sums{members.first(block.own), to.position, to.velocity, to.force, 0, false};
   for (std::size_t g = 0; g < kGroups; ++g) {
     if (block.group[g] == block.group[g + 1]) continue;
     sums.coincident += with_law(kSpringLaws[g / 2], [&]<SpringLaw law>() {
       return add_group<Real, wants, law>(block, g, offset, to);
     });
   }
+  add_areas<Real, wants>(block, to);
   add_volumes<Real, wants>(block, to);
   return sums;
 }

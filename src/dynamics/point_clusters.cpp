@@ -2,6 +2,8 @@
 
 #include <numeric>
 
+#include "tissue/incidence.hpp"
+
 namespace turgor {
 namespace {
 
@@ -38,19 +40,6 @@ std::vector<char> free_points(int point_count, const PrescribedMotion& motion) {
   return is_free;
 }
 
-template <class Visit>
-void visit_neighbours(const NetworkEnergy& energy, int p, Visit&& visit) {
-  const auto& springs = energy.spring_incidence();
-  for (int k = springs.offsets[p]; k < springs.offsets[p + 1]; ++k) {
-    const auto& ends = energy.spring_ends()[springs.entries[k] / 2];
-    visit(springs.entries[k] % 2 == 0 ? ends.b : ends.a);
-  }
-  const auto& volumes = energy.volume_incidence();
-  for (int k = volumes.offsets[p]; k < volumes.offsets[p + 1]; ++k) {
-    for (const int corner : energy.volume_corners()[volumes.entries[k] / 4].p) visit(corner);
-  }
-}
-
 }  // namespace
 
 PointClusters cluster_free_points(const SpringNetwork& network, const NetworkEnergy& energy,
@@ -65,6 +54,11 @@ PointClusters cluster_free_points(const SpringNetwork& network, const NetworkEne
   for (int p = 0; p < n; ++p) lone[p] = is_free[p] && sets.alone(p);
   for (const Spring& s : network.springs) {
     if (lone[s.a] && lone[s.b]) sets.unite(s.a, s.b);
+  }
+  for (const Solid& solid : network.solids) {
+    for (const auto& [a, b] : solid.edges) {
+      if (lone[a] && lone[b]) sets.unite(a, b);
+    }
   }
 
   std::vector<std::vector<int>> members(static_cast<std::size_t>(n));

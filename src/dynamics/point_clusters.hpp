@@ -14,7 +14,8 @@ struct PointClusters {
 };
 
 /// Points joined by vertical springs form a cluster of at most `largest` points: the columns of layered
-/// tissue. Points without vertical springs join neighbours of their kind. Clusters follow one another breadth
+/// tissue. Points without vertical springs join neighbours of their kind,
+/// those of a lattice in squares as a rule. Clusters follow one another breadth
 /// first over springs and volumes (Cuthill and McKee 1969), so that pieces of the sequence are compact.
 PointClusters cluster_free_points(const SpringNetwork& network, const NetworkEnergy& energy,
                                   const PrescribedMotion& motion, int largest);

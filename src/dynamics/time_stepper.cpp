@@ -8,7 +8,9 @@
 
 #include "dynamics/motion_check.hpp"
 #include "dynamics/network_blocks.hpp"
+#include "dynamics/solid_blocks.hpp"
 #include "math/lanes.hpp"
+#include "tissue/area_element.hpp"
 #include "tissue/incidence.hpp"
 #include "tissue/spring_law.hpp"
 #include "turgor/core/index.hpp"
@@ -20,6 +22,7 @@ namespace {
 using Quad = TimeStepper::Workspace::Quad;
 using Wants = NetworkBlocks::Wants;
 using detail::bad_motion;
+using detail::prepare_contact;
 
 constexpr std::size_t kGrain = 2048;
 constexpr std::size_t kAhead = 16;     // points whose memory is fetched before its turn
@@ -30,11 +33,33 @@ constexpr int kMostSubSteps = 100'000, kMostAdvances = 1'000'000;
 // the decay d, or nearly so: Heun where dh < 1 and (ωh)² < 4 (1 − dh + (dh)²), to which h < √3/f suffices.
 // Without decay neither lets an oscillation grow or fade. The parts of 1/f that are taken leave room for
 // stiffness that grows within a step.
+// Verlet's leapfrog has Euler's bound, and takes the same part.
 constexpr double kEulerPart = 1.4, kHeunPart = 1.0;
 
 // Barriers count for more than they are: they let go within a step, and what a long one gains at that keeps
 // tissue trembling on them. Draped over a hard ball it comes to rest from 9 on (to a third of the step).
 constexpr double kBarrierWeight = 9;
+
+template <std::size_t n, class Size>
+double energy_of(std::span<const std::array<int, n>> elements, std::span<const double> constants,
+                 std::span<const Vec3> rest, std::span<const Vec3> x, Size&& size) {
+  return parallel_sum(elements.size(), kGrain, [&](std::size_t i) {
+    const double at_rest = size(rest, elements[i]), strain = (size(x, elements[i]) - at_rest) / at_rest;
+    return 0.5 * constants[i] * strain * strain;
+  });
+}
+
+double solid_energy(const Solid& s, std::span<const Vec3> rest, std::span<const Vec3> x) {
+  using Points = std::span<const Vec3>;
+  return energy_of(std::span(s.edges), s.edge_nmm, rest, x,
+                   [](Points y, const auto& p) { return distance(y[at(p[0])], y[at(p[1])]); }) +
+         energy_of(
+             std::span(s.triangles), s.triangle_nmm, rest, x,
+             [](Points y, const auto& p) { return shape_of(y[at(p[0])], y[at(p[1])], y[at(p[2])]).area; }) +
+         energy_of(std::span(s.tetrahedra), s.tetrahedron_nmm, rest, x, [](Points y, const auto& p) {
+           return signed_volume(y[at(p[0])], y[at(p[1])], y[at(p[2])], y[at(p[3])]);
+         });
+}
 
 }  // namespace
 
@@ -43,13 +68,16 @@ struct TimeStepper::Outcome {
   int coincident = 0;
   int gone = std::numeric_limits<int>::max();  ///< first point that leaves every bound
   double error = 0;                            ///< of the step, mm
+  double solids = 0;                           ///< bound of ω² of solids, 1/ms²
 
-  void check_point(int point, const Vec3& x, const Vec3& v) {
-    if (!(is_within_reach(x) && is_finite(v))) gone = std::min(gone, point);
+  // What a velocity that is not finite leads to is not within reach.
+  void check_point(int point, const Vec3& x) {
+    if (!is_within_reach(x)) gone = std::min(gone, point);
   }
   void add_frequency(double stiffness, double mass, double decay) {
     // √(k/m + d²) + d, the root only where it tells.
-    const double square = stiffness / mass + decay * decay, least = fastest - decay;
+    const double own = stiffness > 0 ? stiffness / mass : 0;
+    const double square = solids + own + decay * decay, least = fastest - decay;
     if (least <= 0 || square > least * least) fastest = std::max(fastest, std::sqrt(square) + decay);
   }
   [[nodiscard]] bool is_gone() const { return gone != std::numeric_limits<int>::max(); }
@@ -59,7 +87,7 @@ struct TimeStepper::Outcome {
   }
   static Outcome worst(const Outcome& a, const Outcome& b) {
     return {std::max(a.fastest, b.fastest), a.coincident + b.coincident, std::min(a.gone, b.gone),
-            a.error > b.error ? a.error : b.error};
+            a.error > b.error ? a.error : b.error, std::max(a.solids, b.solids)};
   }
 };
 
@@ -72,14 +100,22 @@ struct TimeStepper::SubStep {
 
 Result<TimeStepper> TimeStepper::prepare(MotionModel model) {
   TURGOR_CHECK(detail::check(model));
-  return TimeStepper(std::move(model));
+  TURGOR_TRY(auto contact, prepare_contact(model));
+  TimeStepper stepper(std::move(model), std::move(contact));
+  if (const int stray = stepper.solids_->stray(); stray >= 0) {
+    return bad_motion(
+        fmt::format("solid {} has an edge or triangle that is of no tetrahedron, or twice", stray),
+        "Find them with make_solid");
+  }
+  return stepper;
 }
 
 TimeStepper::TimeStepper(TimeStepper&&) noexcept = default;
 TimeStepper& TimeStepper::operator=(TimeStepper&&) noexcept = default;
 TimeStepper::~TimeStepper() = default;
 
-TimeStepper::TimeStepper(MotionModel model) : model_(std::move(model)) {
+TimeStepper::TimeStepper(MotionModel model, std::optional<SurfaceContact> contact)
+    : model_(std::move(model)), contact_(std::move(contact)) {
   const auto& net = model_.network;
   const int points = static_cast<int>(net.rest.size());
   std::vector<double> share(net.springs.size()), damping(net.rest.size(), model_.damping_g_ms);
@@ -91,6 +127,7 @@ TimeStepper::TimeStepper(MotionModel model) : model_(std::move(model)) {
     if (model_.springs[i].relaxes) relaxing_.push_back({static_cast<int>(i), share[i]});
   }
   blocks_ = std::make_unique<NetworkBlocks>(model_, share);
+  solids_ = std::make_unique<SolidBlocks>(model_);
   decay_.resize(net.rest.size());
   for (int p = 0; p < points; ++p) {
     if (!is_mobile(p)) {
@@ -123,13 +160,7 @@ double TimeStepper::acting_share(const Spring& s) const {
 
 Result<void> TimeStepper::set_rest_length(int spring, double rest_length_mm) {
   auto& springs = model_.network.springs;
-  if (spring < 0 || at(spring) >= springs.size())
-    return bad_motion(fmt::format("there is no spring {}, of {}", spring, springs.size()),
-                      "Numbers start at 0");
-  if (!(std::isfinite(rest_length_mm) && rest_length_mm > 0)) {
-    return bad_motion(fmt::format("the rest length of spring {} is to be {} mm", spring, rest_length_mm),
-                      "It must be a finite number above 0");
-  }
+  TURGOR_CHECK(detail::check_rest_length(spring, rest_length_mm, springs.size()));
   springs[at(spring)].rest_length_mm = rest_length_mm;
   blocks_->set_rest_length(spring, rest_length_mm);
   return {};
@@ -158,6 +189,11 @@ double TimeStepper::spring_energy(std::size_t i, std::span<const Vec3> x) const 
          with_law(s.law, [&]<SpringLaw law>() { return law_energy<law>(length, s.rest_length_mm); });
 }
 
+double TimeStepper::viscous_decay(int point) const {
+  if (model_.springs.empty()) return 0;
+  return std::max(0.0, decay_[at(point)] - 0.5 * model_.damping_g_ms / model_.network.mass_g[at(point)]);
+}
+
 template <class Visit>
 void TimeStepper::visit_barriers(int point, Visit&& visit) const {
   for (const int b : everywhere_) visit(model_.barriers[at(b)]);
@@ -174,7 +210,14 @@ double TimeStepper::potential(std::span<const Vec3> x) const {
     const VolumeElement& v = net.volumes[i];
     return respond(v, signed_volume(x[at(v.p[0])], x[at(v.p[1])], x[at(v.p[2])], x[at(v.p[3])])).energy;
   });
-  return springs + volumes + parallel_sum(x.size(), kGrain, [&](std::size_t i) {
+  const double areas = parallel_sum(net.areas.size(), kGrain, [&](std::size_t i) {
+    const AreaElement& a = net.areas[i];
+    return respond(a, shape_of(x[at(a.p[0])], x[at(a.p[1])], x[at(a.p[2])]).area).energy;
+  });
+  double solids = 0;
+  for (const Solid& solid : net.solids) solids += solid_energy(solid, net.rest, x);
+  return springs + volumes + areas + solids + applied_energy(x) +
+         parallel_sum(x.size(), kGrain, [&](std::size_t i) {
            if (!is_mobile(static_cast<int>(i))) return 0.0;
            double own = -net.mass_g[i] * dot(model_.gravity_mm_ms2, x[i]);
            visit_barriers(static_cast<int>(i), [&](const Barrier& b) { own += respond(b, x[i]).energy; });
@@ -206,47 +249,71 @@ void TimeStepper::add_relaxation(const MotionState& state, Workspace& w) const {
   });
 }
 
-// All forces of every mobile point, block by block: move(point, x, v, force, outcome) may write what belongs
-// to its point, mostly in `target`, but not the state. Where only forces are wanted, of stiffness the outcome
-// tells that of barriers alone.
+// All forces of every mobile point, block by block: move(point, mass, x, v, force, outcome) may write what
+// belongs to its point, mostly in `target`, but not the state. Where only forces are wanted, of stiffness the
+// outcome tells that of barriers alone. `damping_counts`: as a decay that limits the step.
 template <auto wants, class Move>
 TimeStepper::Outcome TimeStepper::pass(const MotionState& state, const MotionState& target, Workspace& w,
-                                       Move&& move) const {
+                                       Move&& move, bool damping_counts) const {
   add_relaxation(state, w);
-  const auto& net = model_.network;
+  add_applied(state, w);
+  const bool has_solids = !solids_->empty(), has_barriers = !model_.barriers.empty();
+  const double fastest_solids = has_solids ? solids_->sum(state.position, w) : 0;
+  const SolidBlocks::Reader solid_force = solids_->reader(w);
   const std::size_t run = std::max<std::size_t>(1, (blocks_->count() + kMostRuns - 1) / kMostRuns);
   w.scratch.resize(std::max(w.scratch.size(), (blocks_->count() + run - 1) / run));
-  const auto point = [&](int p, const Vec3& x, const Vec3& v, const Quad& elastic, Outcome& o) {
-    const double mass = net.mass_g[at(p)];
-    Vec3 force = model_.gravity_mm_ms2 * mass - v * model_.damping_g_ms;
+  // Pointers of their own, which what is written cannot change.
+  const double *const masses = model_.network.mass_g.data(), *const decays = decay_.data();
+  const Vec3 gravity = model_.gravity_mm_ms2;
+  const double damping = model_.damping_g_ms;
+  const Quad* const applied = w.applied.empty() ? nullptr : w.applied.data();
+  const auto point = [=, this](int p, const Vec3& x, const Vec3& v, const Quad& elastic, Outcome& o) {
+    const double mass = masses[at(p)];
+    Vec3 force = gravity * mass - v * damping;
     force += {elastic.v[0], elastic.v[1], elastic.v[2]};
+    if (has_solids) force += solid_force(p);
     double stiffness = elastic.v[3];
-    visit_barriers(p, [&](const Barrier& b) {
-      const Vec3 here = x;  // so that x itself need not have an address, and stays in registers
-      const BarrierResponse r = respond(b, here);
-      force += r.force;
-      stiffness += kBarrierWeight * r.stiffness;
-    });
-    move(p, x, v, force, o);
-    o.add_frequency(stiffness, mass, decay_[at(p)]);
+    if (has_barriers) {
+      visit_barriers(p, [&](const Barrier& b) {
+        const Vec3 here = x;  // so that x itself need not have an address, and stays in registers
+        const BarrierResponse r = respond(b, here);
+        force += r.force;
+        stiffness += kBarrierWeight * r.stiffness;
+      });
+    }
+    if (applied != nullptr) {
+      const Quad& a = applied[at(p)];
+      force += {a.v[0], a.v[1], a.v[2]};
+      stiffness += a.v[3];
+    }
+    move(p, mass, x, v, force, o);
+    o.add_frequency(stiffness, mass, damping_counts ? decays[at(p)] : viscous_decay(p));
   };
-  const auto fetch = [&](int p) {
-    __builtin_prefetch(&net.mass_g[at(p)]);
-    __builtin_prefetch(&decay_[at(p)]);
-    __builtin_prefetch(&target.position[at(p)], 1);
-    __builtin_prefetch(&target.velocity[at(p)], 1);
+  const auto fetch = [=, x = state.position.data(), v = state.velocity.data(), to_x = target.position.data(),
+                      to_v = target.velocity.data()](int p, bool bare) {
+    __builtin_prefetch(&masses[at(p)]);
+    __builtin_prefetch(&decays[at(p)]);
+    __builtin_prefetch(&to_x[at(p)], 1);
+    __builtin_prefetch(&to_v[at(p)], 1);
+    if (!bare) return;
+    __builtin_prefetch(&x[at(p)]);
+    __builtin_prefetch(&v[at(p)]);
   };
   return parallel_reduce(
       blocks_->count(), run, Outcome{},
       [&](std::size_t begin, std::size_t end) {
         Outcome o;
+        if constexpr (wants == Wants::stiffness) o.solids = fastest_solids;
         for (std::size_t block = begin; block < end; ++block) {
           const auto sums = blocks_->sum<Lanes, wants>(block, state, w.offset, w.scratch[begin / run]);
           o.coincident += sums.coincident;
           for (std::size_t i = 0; i < sums.points.size(); ++i) {
-            if (i + kAhead < sums.points.size()) fetch(sums.points[i + kAhead]);
-            const double *x = sums.position[i].v, *v = sums.velocity[i].v;
-            point(sums.points[i], {x[0], x[1], x[2]}, {v[0], v[1], v[2]}, sums.force[i], o);
+            const int p = sums.points[i];
+            if (i + kAhead < sums.points.size()) fetch(sums.points[i + kAhead], sums.bare);
+            const auto copied = [](const Quad& q) { return Vec3{q.v[0], q.v[1], q.v[2]}; };
+            const Vec3 x = sums.bare ? state.position[at(p)] : copied(sums.position[i]);
+            const Vec3 v = sums.bare ? state.velocity[at(p)] : copied(sums.velocity[i]);
+            point(p, x, v, sums.bare ? Quad{} : sums.force[i], o);
           }
         }
         return o;
@@ -257,31 +324,33 @@ TimeStepper::Outcome TimeStepper::pass(const MotionState& state, const MotionSta
 int TimeStepper::forces(const MotionState& state, std::span<Vec3> forces) const {
   Workspace w;
   for (const int p : fixed_) forces[at(p)] = {};
-  return pass<Wants::forces>(
-             state, state, w,
-             [&](int p, const Vec3&, const Vec3&, const Vec3& force, Outcome&) { forces[at(p)] = force; })
+  return pass<Wants::forces>(state, state, w,
+                             [&](int p, double, const Vec3&, const Vec3&, const Vec3& force, Outcome&) {
+                               forces[at(p)] = force;
+                             })
       .coincident;
 }
 
 double TimeStepper::stable_step_ms(const MotionState& state, Integrator integrator) const {
   Workspace w;
-  return stable_step(
-      pass<Wants::stiffness>(state, state, w, [](int, const Vec3&, const Vec3&, const Vec3&, Outcome&) {}),
-      integrator);
+  return stable_step(pass<Wants::stiffness>(
+                         state, state, w, [](int, double, const Vec3&, const Vec3&, const Vec3&, Outcome&) {},
+                         integrator != Integrator::verlet),
+                     integrator);
 }
 
 double TimeStepper::stable_step(const Outcome& outcome, Integrator integrator) const {
   if (!(outcome.fastest > 0)) return std::numeric_limits<double>::infinity();
-  return (integrator == Integrator::euler ? kEulerPart : kHeunPart) / outcome.fastest;
+  return (integrator == Integrator::heun ? kHeunPart : kEulerPart) / outcome.fastest;
 }
 
-// Sizes, and all that a step leaves alone.
-void TimeStepper::prepare_target(const MotionState& from, MotionState& to) const {
+// Sizes, and the points that are led.
+void TimeStepper::prepare_target(const MotionState& from, MotionState& to, double dt) const {
   to.position.resize(from.position.size());
   to.velocity.resize(from.velocity.size());
   to.relaxed.resize(from.relaxed.size());
   for (const int p : fixed_) {
-    to.position[at(p)] = from.position[at(p)];
+    to.position[at(p)] = from.position[at(p)] + from.velocity[at(p)] * dt;
     to.velocity[at(p)] = from.velocity[at(p)];
   }
 }
@@ -302,29 +371,36 @@ void TimeStepper::relax(const MotionState& from, MotionState& to, double dt,
   });
 }
 
-TimeStepper::Outcome TimeStepper::euler(const MotionState& from, MotionState& to, double dt,
-                                        Workspace& w) const {
-  prepare_target(from, to);
+// Euler's step or Verlet's. With the damping −c v among the forces, (1 − a) v + dt (F + c v)/m over 1 + a is
+// v + dt F/(m + c dt/2).
+TimeStepper::Outcome TimeStepper::leap(const MotionState& from, MotionState& to, double dt,
+                                       Integrator integrator, Workspace& w) const {
+  prepare_target(from, to, dt);
+  const bool is_verlet = integrator == Integrator::verlet;
+  const double added_mass = is_verlet ? 0.5 * dt * model_.damping_g_ms : 0;
   const Outcome outcome = pass<Wants::stiffness>(
-      from, to, w, [&](int p, const Vec3& x, const Vec3& v, const Vec3& force, Outcome& o) {
-        const Vec3 faster = v + force * (dt / model_.network.mass_g[at(p)]), there = x + faster * dt;
-        to.velocity[at(p)] = faster;
-        to.position[at(p)] = there;
-        o.check_point(p, there, faster);
-      });
+      from, to, w,
+      [=, position = to.position.data(), velocity = to.velocity.data()](
+          int p, double mass, const Vec3& x, const Vec3& v, const Vec3& force, Outcome& o) {
+        const Vec3 faster = v + force * (dt / (mass + added_mass)), there = x + faster * dt;
+        velocity[at(p)] = faster;
+        position[at(p)] = there;
+        o.check_point(p, there);
+      },
+      !is_verlet);
   relax(from, to, dt, w.elastic);
   return outcome;
 }
 
 // Heun's first half: an explicit Euler step to w.ahead.
 TimeStepper::Outcome TimeStepper::predict(const MotionState& from, double dt, Workspace& w) const {
-  prepare_target(from, w.ahead);
+  prepare_target(from, w.ahead, dt);
   w.force.resize(from.position.size());
   const Outcome outcome = pass<Wants::stiffness>(
-      from, w.ahead, w, [&](int p, const Vec3& x, const Vec3& v, const Vec3& force, Outcome&) {
+      from, w.ahead, w, [&](int p, double mass, const Vec3& x, const Vec3& v, const Vec3& force, Outcome&) {
         w.force[at(p)] = force;
         w.ahead.position[at(p)] = x + v * dt;
-        w.ahead.velocity[at(p)] = v + force * (dt / model_.network.mass_g[at(p)]);
+        w.ahead.velocity[at(p)] = v + force * (dt / mass);
       });
   relax(from, w.ahead, dt, w.elastic);
   std::swap(w.elastic, w.elastic_before);
@@ -333,14 +409,14 @@ TimeStepper::Outcome TimeStepper::predict(const MotionState& from, double dt, Wo
 
 TimeStepper::Outcome TimeStepper::correct(const MotionState& from, MotionState& to, double dt,
                                           Workspace& w) const {
-  prepare_target(from, to);
-  const auto move = [&](int p, const Vec3& x, const Vec3& v, const Vec3& force, Outcome& o) {
+  prepare_target(from, to, dt);
+  const auto move = [&](int p, double mass, const Vec3& x, const Vec3& v, const Vec3& force, Outcome& o) {
     const Vec3& before = from.velocity[at(p)];
-    const Vec3 faster = before + (w.force[at(p)] + force) * (0.5 * dt / model_.network.mass_g[at(p)]);
+    const Vec3 faster = before + (w.force[at(p)] + force) * (0.5 * dt / mass);
     const Vec3 there = from.position[at(p)] + (before + faster) * (0.5 * dt);
     to.position[at(p)] = there;
     to.velocity[at(p)] = faster;
-    o.check_point(p, there, faster);
+    o.check_point(p, there);
     o.error = std::max(o.error, std::max(distance(there, x), distance(faster, v) * dt));
   };
   const Outcome outcome = pass<Wants::forces>(w.ahead, to, w, move);
@@ -369,8 +445,10 @@ Result<void> TimeStepper::check_state(const MotionState& state) const {
 // barrier is met at once: where Heun's step ends within one that is too stiff for it, it is taken again.
 TimeStepper::SubStep TimeStepper::sub_step(const MotionState& from, MotionState& to, double left,
                                            int most_parts, Integrator integrator, Workspace& w) const {
-  const bool is_euler = integrator == Integrator::euler;
-  const auto begin = [&](double dt) { return is_euler ? euler(from, to, dt, w) : predict(from, dt, w); };
+  const bool is_heun = integrator == Integrator::heun;
+  const auto begin = [&](double dt) {
+    return is_heun ? predict(from, dt, w) : leap(from, to, dt, integrator, w);
+  };
   const auto parts_of = [&](double stable) { return std::max(1.0, std::ceil(left / stable)); };
   const double guess = w.guess_ms > 0 ? std::min<double>(most_parts, parts_of(w.guess_ms)) : 1.0;
   SubStep s{guess, 0, begin(left / guess)};
@@ -378,7 +456,7 @@ TimeStepper::SubStep TimeStepper::sub_step(const MotionState& from, MotionState&
   s.stable_ms = w.guess_ms = stable_step(s.outcome, integrator);
   s.parts = parts_of(s.stable_ms);
   if (s.parts != guess && s.parts <= most_parts) s.outcome = begin(left / s.parts);
-  while (!is_euler && s.parts <= most_parts) {
+  while (is_heun && s.parts <= most_parts) {
     s.outcome = correct(from, to, left / s.parts, w);
     const double met = parts_of(stable_step(s.outcome, integrator));
     if (met <= s.parts) break;
@@ -407,6 +485,7 @@ Result<StepReport> TimeStepper::step(MotionState& state, double dt_ms, Integrato
     }
     if (s.outcome.is_gone()) return s.outcome.departure();
     if (report.sub_steps == 0) report.stable_step_ms = s.stable_ms, report.coincident_springs = s.coincident;
+    report.held_points += finish_contact(*from, *to, left / s.parts, integrator, w);
     left = s.parts > 1 ? left - left / s.parts : 0;
     MotionState* const free = from == &state ? other : from;
     from = to;
@@ -452,6 +531,7 @@ Result<AdvanceReport> TimeStepper::advance(MotionState& state, double duration_m
       continue;
     }
     if (outcome.is_gone()) return outcome.departure();
+    report.held_points += finish_contact(*from, *to, dt, Integrator::heun, w);
     ++report.accepted;
     if (!within) ++report.beyond_tolerance;
     report.shortest_ms = std::min(report.shortest_ms, dt);

@@ -137,6 +137,28 @@ TEST(Barrier, StiffnessBoundsTheRateOfChangeOfTheForce) {
   }
 }
 
+TEST(Barrier, SlopeIsTheRateOfChangeOfTheForceAlongItself) {
+  const RandomStream random(7);
+  for (const Barrier::Shape shape : {Barrier::Shape::sphere, Barrier::Shape::plane, Barrier::Shape::mesh}) {
+    for (const SpringLaw law : {SpringLaw::linear, SpringLaw::exponential}) {
+      Barrier b = make(shape);
+      b.law = law;
+      int trials = 0;
+      for (std::uint64_t i = 0; i < 80; ++i) {
+        const Vec3 p = random_point(random, i);
+        const BarrierResponse r = respond(b, p);
+        if (r.energy == 0) continue;
+        const Vec3 n = normalized(r.force);
+        const double h = 1e-6, change = dot(respond(b, p - n * h).force - respond(b, p + n * h).force, n);
+        EXPECT_NEAR(change / (2 * h), r.slope, 1e-5 * (1 + r.slope)) << static_cast<int>(shape) << ' ' << i;
+        EXPECT_LE(r.slope, r.stiffness);
+        ++trials;
+      }
+      EXPECT_GT(trials, 5);
+    }
+  }
+}
+
 TEST(Barrier, AMeshedBallActsAsThePlaneOfItsNearestFace) {
   Barrier b = make(Barrier::Shape::mesh);
   const BarrierResponse inside = respond(b, {1, 2, 8.5});

@@ -91,6 +91,33 @@ TEST(BlockCg, AgreesWithASparseDirectSolver) {
   EXPECT_LT(largest, 1e-4 * expected.lpNorm<Eigen::Infinity>());
 }
 
+TEST(BlockCg, CoupledRowsJoinTheMatrix) {
+  const System s = make_system(1.0, 0.3);
+  const int last = s.matrix.rows() - 1;  // across domains, and two rows of one cluster
+  const Mat3 stiffness{{Vec3{5, 1, 0}, Vec3{1, 3, -1}, Vec3{0, -1, 2}}};
+  const std::array coupled = {CoupledStiffness{{last, 0, 1, last / 2}, {0.1, 0.3, 0.4, 0.2}, stiffness},
+                              CoupledStiffness{{7}, {1.0}, stiffness}};
+  BlockCg cg(s.matrix, s.clusters);
+  ASSERT_TRUE(cg.factor(s.matrix, 0, coupled));
+  std::vector<Vec3> x(s.b.size());
+  Context context;
+  ASSERT_EQ(cg.solve(s.b, 1e-12, 2000, context, x).outcome, CgOutcome::converged);
+  std::vector<Vec3> product(x.size());
+  for (int i = 0; i <= last; ++i) {
+    for (int k = s.matrix.offsets()[i]; k < s.matrix.offsets()[i + 1]; ++k)
+      product[static_cast<std::size_t>(i)] +=
+          s.matrix.blocks()[k] * x[static_cast<std::size_t>(s.matrix.columns()[k])];
+  }
+  for (const CoupledStiffness& term : coupled) {
+    Vec3 mean;
+    for (std::size_t i = 0; i < term.rows.size(); ++i)
+      mean += x[static_cast<std::size_t>(term.rows[i])] * term.weights[i];
+    for (std::size_t i = 0; i < term.rows.size(); ++i)
+      product[static_cast<std::size_t>(term.rows[i])] += term.stiffness * mean * term.weights[i];
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_LT(distance(product[i], s.b[i]), 1e-3) << i;
+}
+
 TEST(BlockCg, DampingAddsToTheDiagonal) {
   const System s = make_system(1.0, 0.1);
   BlockCg cg(s.matrix, s.clusters);

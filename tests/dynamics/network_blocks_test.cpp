@@ -6,6 +6,7 @@
 
 #include "math/lanes.hpp"
 #include "support/layered_slab.hpp"
+#include "tissue/area_element.hpp"
 #include "turgor/core/random.hpp"
 
 namespace turgor {
@@ -13,8 +14,8 @@ namespace {
 
 using Wants = NetworkBlocks::Wants;
 
-/// All laws, some springs viscous, cut off or relaxing, volumes, some guarded and inverted, some points
-/// fixed; far more than one block.
+/// All laws, some springs viscous, cut off or relaxing, areas, volumes, some guarded and inverted, some
+/// points fixed; far more than one block.
 struct Shaken {
   MotionModel model;
   MotionState state;
@@ -42,6 +43,10 @@ Shaken make_shaken(int side) {
     if (i % 4 == 0) s.offset.push_back(0.01 * random.uniform(i));
   }
   for (std::size_t i = 0; i < net.volumes.size(); i += 3) net.volumes[i].inversion_guard_mpa = 0.5;
+  for (std::size_t i = 0; i < net.volumes.size(); i += 2) {
+    const auto& p = net.volumes[i].p;
+    net.areas.push_back({{p[0], p[1], p[2]}, 1 + random.uniform(i), 0.3});
+  }
   for (std::size_t i = 0; i < net.rest.size(); ++i) {
     const auto vector = [&](std::uint64_t k) {
       return Vec3{random.normal(k), random.normal(k + 1), random.normal(k + 2)};
@@ -102,6 +107,12 @@ std::vector<Vec3> reference(const Shaken& s) {
     const Vec3 pull = d / l * (s.share[i] * (respond(spring, l).tension + motion.viscosity * rate) - lost);
     force[a] += pull;
     force[b] -= pull;
+  }
+  for (const AreaElement& a : s.model.network.areas) {
+    const TriangleShape shape =
+        shape_of(s.state.position[a.p[0]], s.state.position[a.p[1]], s.state.position[a.p[2]]);
+    for (std::size_t c = 0; c < 3; ++c)
+      force[a.p[c]] -= area_gradient(shape.normal, shape.edge[c]) * respond(a, shape.area).stress;
   }
   for (const VolumeElement& v : s.model.network.volumes) {
     const double stress = respond(v, volume_of(v, s.state.position)).mean_stress;
@@ -184,6 +195,40 @@ TEST(NetworkBlocks, TheStiffnessOfAVolumeBoundsItsCurvature) {
     sharpest = std::max(sharpest, curvature / bound);
   }
   EXPECT_GT(sharpest, 0.5);
+}
+
+TEST(NetworkBlocks, TheStiffnessOfAnAreaBoundsItsCurvature) {
+  const RandomStream random(6);
+  std::uint64_t k = 0;
+  const auto vector = [&] { return Vec3{random.normal(k++), random.normal(k++), random.normal(k++)}; };
+  double sharpest = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    Shaken s;
+    std::vector<Vec3> u;
+    for (int c = 0; c < 3; ++c) s.state.position.push_back(vector()), u.push_back(vector());
+    s.model.network.rest = s.state.position;
+    s.model.network.areas = {{{0, 1, 2}, 0.2 + random.uniform(k++), 0.3}};
+    s.model.mobile.assign(3, 1);
+    s.state.velocity.resize(3);
+    const NetworkBlocks blocks(s.model, s.share);
+    const Total here = total<Lanes>(blocks, s);
+    if (trial % 2 == 0) u = here.force;
+    const double h = 1e-5;
+    const auto moved = [&](double by) {
+      Shaken there = s;
+      for (std::size_t c = 0; c < 3; ++c) there.state.position[c] += u[c] * by;
+      return total<Lanes>(blocks, there).force;
+    };
+    const auto ahead = moved(h), behind = moved(-h);
+    double curvature = 0, bound = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      curvature += dot(u[c], behind[c] - ahead[c]) / (2 * h);
+      bound += here.stiffness[c] * squared_length(u[c]);
+    }
+    EXPECT_LT(std::abs(curvature), bound * (1 + 1e-6)) << trial;
+    sharpest = std::max(sharpest, curvature / bound);
+  }
+  EXPECT_GT(sharpest, 0.4);
 }
 
 TEST(NetworkBlocks, CountACoincidentSpringOnce) {

@@ -50,13 +50,14 @@ struct Barrier {
 /// Errors name what is missing, not a number, or out of range.
 Result<void> validate(const Barrier& barrier);
 
-/// Energy in N·mm, force in N, and a bound of the stiffness in N/mm, at `point`, whichever points the barrier
-/// acts on. Finite everywhere; where there is no direction (a sphere's centre, the surface itself) there is
-/// no force.
+/// Energy in N·mm, force in N, a bound of the stiffness and the stiffness along the force in N/mm, at
+/// `point`, whichever points the barrier acts on. Finite everywhere; where there is no direction (a sphere's
+/// centre, the surface itself) there is no force.
 struct BarrierResponse {
   double energy = 0;
   Vec3 force;
   double stiffness = 0;
+  double slope = 0;  ///< ≥ 0
 };
 BarrierResponse respond(const Barrier& barrier, const Vec3& point);
 

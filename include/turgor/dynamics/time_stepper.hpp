@@ -3,11 +3,14 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "turgor/core/context.hpp"
 #include "turgor/dynamics/barrier.hpp"
+#include "turgor/dynamics/grab.hpp"
+#include "turgor/dynamics/surface_contact.hpp"
 #include "turgor/tissue/network_energy.hpp"
 
 namespace turgor {
@@ -29,10 +32,17 @@ inline constexpr std::size_t kRelaxations = 3;
 struct MotionModel {
   SpringNetwork network;              ///< mobile points need a mass above 0
   std::vector<SpringMotion> springs;  ///< one for each spring, or none at all: only their laws
-  std::vector<char> mobile;           ///< one for each point, or none at all: every point may move
-  Vec3 gravity_mm_ms2;                ///< acceleration: (0, 0, −0.00980665) on earth
-  double damping_g_ms = 0;            ///< force against the velocity of a point, ≥ 0
+  /// One for each point, or none at all: every point may move. A point that is not mobile is led: it goes on
+  /// with the velocity that the state gives it, mostly 0.
+  std::vector<char> mobile;
+  Vec3 gravity_mm_ms2;      ///< acceleration: (0, 0, −0.00980665) on earth
+  double damping_g_ms = 0;  ///< force against the velocity of a point, ≥ 0
+  /// Forces of solids in double precision; else in single, of displacements within blocks of neighbours that
+  /// are moved and turned back: errors of some 1e-7 of the forces of the elements.
+  bool exact_solids = false;
   std::vector<Barrier> barriers;
+  std::vector<Grab> grabs;
+  std::optional<ContactModel> contact;  ///< of soft bodies with each other and themselves
   /// Quasi-linear viscoelasticity (Fung 1993, section 7.6) of the springs that relax: tension T = Tₑ − Σ qᵢ
   /// of the elastic one Tₑ, with dqᵢ/dt = (gᵢ Tₑ − qᵢ)/τᵢ. Held at a length, T = Tₑ (1 − Σ gᵢ (1 −
   /// e^(−t/τᵢ))). The shares gᵢ add up to less than 1.
@@ -55,12 +65,18 @@ enum class Integrator : std::uint8_t {
   /// old and the new one (Heun averages the old one and Euler's: with it an undamped spring gains energy in
   /// every step). Second order.
   heun,
+  /// Verlet's method in the form of the leapfrog, damping by the mean of both velocities: v ← ((1 − a) v +
+  /// F dt/m)/(1 + a), a = c dt/2m, then x += v dt. Velocities are those of half a step ago: positions are of
+  /// second order where it starts with such. Damping never limits the step, viscosity of springs counts as in
+  /// Euler's. Without either the energy stays within bounds.
+  verlet,
 };
 
 struct StepReport {
   int sub_steps = 1;           ///< taken in place of the step asked for
   double stable_step_ms = 0;   ///< estimated at the start
   int coincident_springs = 0;  ///< without direction, hence without force, at the start
+  int held_points = 0;         ///< held where they were, as impulses could not keep them from crossing faces
 };
 
 /// How advance() chooses its steps.
@@ -74,9 +90,11 @@ struct AdvanceReport {
   int accepted = 0, rejected = 0;
   int beyond_tolerance = 0;                ///< of those accepted: no shorter step was allowed
   double shortest_ms = 0, longest_ms = 0;  ///< of the steps accepted
+  int held_points = 0;                     ///< as in StepReport
 };
 
 class NetworkBlocks;
+class SolidBlocks;
 
 /// A spring's force acts by half on either end where both are mobile, whole where the other is fixed, not at
 /// all where both are (section 3.2.1): as if such springs had half their stiffness and viscosity.
@@ -87,13 +105,19 @@ class TimeStepper {
   /// Memory of a step, kept by the caller so that repeated steps allocate nothing of size. What it holds does
   /// not change results.
   struct Workspace {
-    struct alignas(32) Quad {
-      double v[4];
+    template <class Real>
+    struct alignas(4 * sizeof(Real)) QuadOf {
+      Real v[4];
     };
+    using Quad = QuadOf<double>;
     std::vector<std::vector<Quad>> scratch;  // for each run of blocks
-    std::vector<double> elastic, offset;     // for each spring that relaxes: Tₑ and Σ q
+    std::vector<QuadOf<float>> solid_force;  // on the points of each block of solids
+    std::vector<Quad> exact_solid_force;
+    std::vector<double> elastic, offset;  // for each spring that relaxes: Tₑ and Σ q
     std::vector<double> elastic_before;
     std::vector<Vec3> force;
+    std::vector<Quad> applied;  // of grabs and contact: force on each point and stiffness; empty: none
+    SurfaceContact::Workspace contact;
     MotionState next, spare, ahead;
     double guess_ms = 0;  // the last stable step
   };
@@ -111,19 +135,27 @@ class TimeStepper {
   /// Moves obstacles between steps. Errors: those of validate(), a point that is not there; then nothing
   /// changes.
   Result<void> set_barriers(std::vector<Barrier> barriers);
+  /// Moves hands between steps. Errors: those of validate(); then nothing changes.
+  Result<void> set_grabs(std::vector<Grab> grabs);
+  /// Of grab number `grab` on the tissue, N; the hand feels the opposite. Zero where there is no such grab.
+  [[nodiscard]] Vec3 grab_force(const MotionState& state, int grab) const;
+  /// Nothing where the model has no contact.
+  [[nodiscard]] ContactMeasures contact_measures(const MotionState& state) const;
   /// At rest in the network's rest positions, nothing relaxed.
   [[nodiscard]] MotionState rest() const;
 
-  /// Potential energy of springs, volumes, gravity and barriers, N·mm; of springs that relax as if they did
-  /// not.
+  /// Potential energy of springs, volumes, areas, solids, gravity, barriers and grabs, N·mm; of springs that
+  /// relax as if they did not.
   [[nodiscard]] double potential(std::span<const Vec3> position) const;
   [[nodiscard]] double kinetic(std::span<const Vec3> velocity) const;
-  /// Fills `forces` with all forces on each point, N; zero on fixed ones. Returns springs without direction.
+  /// Fills `forces` with all forces on each point, N, but friction and damping of contact, which act as
+  /// impulses at the end of a step; zero on fixed ones. Returns springs without direction.
   int forces(const MotionState& state, std::span<Vec3> forces) const;
 
   /// The longest step taken at `state`, unless it ends in a barrier that is stiffer: a part of
   /// (2/ω)(√(1 + ζ²) − ζ) of the stiffest point, its frequency ω and damping ratio ζ bounded by Gershgorin's
-  /// theorem; of Euler 0.7, of Heun 0.5, a third of these in barriers.
+  /// theorem; of Euler and Verlet 0.7, of Heun 0.5, a third of these in barriers. Solids: see
+  /// solid_blocks.hpp.
   [[nodiscard]] double stable_step_ms(const MotionState& state, Integrator integrator) const;
 
   /// Steps by `dt_ms` > 0, in sub-steps where that is more than is stable. On error the state is as it was.
@@ -155,7 +187,7 @@ class TimeStepper {
   struct Outcome;  // of a pass over all points
   struct SubStep;
 
-  explicit TimeStepper(MotionModel model);
+  explicit TimeStepper(MotionModel model, std::optional<SurfaceContact> contact);
   [[nodiscard]] bool is_mobile(int point) const { return model_.mobile.empty() || model_.mobile[point] != 0; }
   void assign_barriers();
   [[nodiscard]] double acting_share(const Spring& spring) const;
@@ -163,11 +195,18 @@ class TimeStepper {
   template <class Visit>
   void visit_barriers(int point, Visit&& visit) const;
   void add_relaxation(const MotionState& state, Workspace& w) const;
+  [[nodiscard]] double applied_energy(std::span<const Vec3> position) const;
+  void add_applied(const MotionState& state, Workspace& w) const;
+  int finish_contact(const MotionState& from, MotionState& to, double dt, Integrator integrator,
+                     Workspace& w) const;
   template <auto wants, class Move>
-  Outcome pass(const MotionState& state, const MotionState& target, Workspace& w, Move&& move) const;
-  void prepare_target(const MotionState& from, MotionState& to) const;
+  Outcome pass(const MotionState& state, const MotionState& target, Workspace& w, Move&& move,
+               bool damping_counts = true) const;
+  [[nodiscard]] double viscous_decay(int point) const;
+  void prepare_target(const MotionState& from, MotionState& to, double dt) const;
   void relax(const MotionState& from, MotionState& to, double dt, std::span<const double> elastic) const;
-  Outcome euler(const MotionState& from, MotionState& to, double dt, Workspace& w) const;
+  Outcome leap(const MotionState& from, MotionState& to, double dt, Integrator integrator,
+               Workspace& w) const;
   Outcome predict(const MotionState& from, double dt, Workspace& w) const;
   Outcome correct(const MotionState& from, MotionState& to, double dt, Workspace& w) const;
   SubStep sub_step(const MotionState& from, MotionState& to, double left, int most_parts,
@@ -177,9 +216,11 @@ class TimeStepper {
 
   MotionModel model_;
   std::unique_ptr<NetworkBlocks> blocks_;
+  std::unique_ptr<SolidBlocks> solids_;
   std::vector<int> fixed_;
   std::vector<double> decay_;  // for each point: half its damping over its mass, at most
   std::vector<Relaxing> relaxing_;
+  std::optional<SurfaceContact> contact_;
   std::vector<int> everywhere_;      // barriers that act on all mobile points
   NetworkEnergy::Incidence listed_;  // the other barriers of each point
 };
