@@ -4,6 +4,7 @@
 
 #include "scene_constraints.hpp"
 #include "scene_objects.hpp"
+#include "scene_solids.hpp"
 #include "scene_tissue.hpp"
 #include "scene_views.hpp"
 #include "turgor/commands/declaration.hpp"
@@ -14,10 +15,12 @@ namespace {
 constexpr auto kSceneCommands = [] {
   using namespace commands;
   std::array<CommandDeclaration, std::size(kSceneObjectCommands) + std::size(kSceneTissueCommands) +
-                                     std::size(kSceneConstraintCommands) + std::size(kSceneViewCommands)>
+                                     std::size(kSceneSolidCommands) + std::size(kSceneConstraintCommands) +
+                                     std::size(kSceneViewCommands)>
       all;
   auto next = std::ranges::copy(kSceneObjectCommands, all.begin()).out;
   next = std::ranges::copy(kSceneTissueCommands, next).out;
+  next = std::ranges::copy(kSceneSolidCommands, next).out;
   next = std::ranges::copy(kSceneConstraintCommands, next).out;
   std::ranges::copy(kSceneViewCommands, next);
   return all;

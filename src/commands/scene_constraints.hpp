@@ -30,6 +30,24 @@ inline constexpr Parameter kViewportName = named("viewport", "a viewport, whose 
 inline constexpr Parameter kCameraPath[] = {kViewportName, kPath, kFrames, kLoop};
 inline constexpr Example kCameraPathExamples[] = {
     {"mv_vp_path main track -frames 200 -loop", "the eye goes round"}};
+inline constexpr Parameter kMoveBy[] = {
+    kObject,
+    numbers("by", 3, "X Y Z", "shift", "0 0 0"),
+    number("turn", "0", between(-1e6, 1e6), "angle in degrees"),
+    numbers("axis", 3, "X Y Z", "what it turns about", "0 0 1"),
+    {
+        .name = "about",
+        .range = between(-1e9, 1e9),
+        .count = {3, 3},
+        .label = "X Y Z",
+        .help = "a point on the axis; else the object's centre",
+    },
+    kFrames,
+};
+inline constexpr Example kMoveByExamples[] = {
+    {"mv_obj_by plate -turn 60 -axis 0 0 1 -frames 100", "turns by 60 degrees in 100 frames"},
+    {"mv_obj_by hand -by 0 -10 0 -frames 50", "a shift"}};
+
 inline constexpr Parameter kTrack[] = {
     kViewportName,
     word_flag("eye", "OBJECT", "gives the place of the camera"),
@@ -103,6 +121,13 @@ inline constexpr CommandDeclaration kSceneConstraintCommands[] = {
         .summary = "Move an object along a polyline",
         .parameters = kObjectPath,
         .examples = kObjectPathExamples,
+    },
+    {
+        .name = "mv_obj_by",
+        .group = "Constraints",
+        .summary = "Move and turn an object over some frames",
+        .parameters = kMoveBy,
+        .examples = kMoveByExamples,
     },
     {
         .name = "mv_vp_path",

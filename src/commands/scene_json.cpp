@@ -3,6 +3,7 @@
 
 #include "turgor/commands/session.hpp"
 #include "turgor/world/flesh_objects.hpp"
+#include "turgor/world/solid_objects.hpp"
 
 namespace turgor {
 namespace {
@@ -33,6 +34,48 @@ json tissue(const Specimen& specimen) {
     all.push_back(std::move(out));
   }
   return all;
+}
+
+json solids(const Specimen& specimen) {
+  json all = json::array();
+  for (const SolidMeasures& m : measure_solids(specimen)) {
+    all.push_back({{"name", m.name},
+                   {"points", m.points},
+                   {"held_points", m.fixed},
+                   {"tetrahedra", m.tetrahedra},
+                   {"inverted_tetrahedra", m.inverted},
+                   {"volume", m.volume},
+                   {"rest_volume", m.rest_volume},
+                   {"box", {triple(m.box.lower), triple(m.box.upper)}},
+                   {"greatest_displacement", m.greatest_displacement},
+                   {"greatest_speed", m.greatest_speed}});
+  }
+  return all;
+}
+
+json grabs(const Specimen& specimen) {
+  json all = json::array();
+  for (const NamedGrab& grab : specimen.grabs()) {
+    const Vec3 force = specimen.force_of(grab);
+    all.push_back({{"name", grab.name}, {"force", length(force)}, {"direction", triple(normalized(force))}});
+  }
+  return all;
+}
+
+json contacts(const Specimen& specimen) {
+  std::vector<std::string> names;
+  for (const TissueBody& body : specimen.bodies()) {
+    if (body.solid) names.push_back(body.name);
+  }
+  json all = json::array();
+  const ContactMeasures measures = specimen.contact_measures();
+  for (const auto& pair : measures.pairs) {
+    all.push_back(
+        {{"between", {names[static_cast<std::size_t>(pair.a)], names[static_cast<std::size_t>(pair.b)]}},
+         {"points", pair.contacts},
+         {"force", pair.normal_n}});
+  }
+  return {{"pairs", std::move(all)}, {"greatest_depth", measures.deepest_mm}};
 }
 
 json muscles(const Specimen& specimen) {
@@ -68,6 +111,9 @@ std::string scene_json(const Scene& scene) {
                  {"frames", scene.frame},
                  {"springs", scene.specimen.spring_count()},
                  {"tissue", tissue(scene.specimen)},
+                 {"solids", solids(scene.specimen)},
+                 {"grabs", grabs(scene.specimen)},
+                 {"contact", contacts(scene.specimen)},
                  {"muscles", muscles(scene.specimen)},
                  {"collisions", collisions(scene)}};
   return out.dump(2);

@@ -90,8 +90,8 @@ inline constexpr Example kVisibleExamples[] = {{"visible sheet -off", "hide it"}
 inline constexpr Example kTriangulateExamples[] = {
     {"triangulate skin.face.sheet", "its polygons are drawn as triangles"}};
 inline constexpr Example kDeleteExamples[] = {{"delete_object ball", "with what depends on it"}};
-inline constexpr std::string_view kListed[] = {"objects",   "constraints", "worlds",
-                                               "viewports", "tissue",      "muscles"};
+inline constexpr std::string_view kListed[] = {"objects", "constraints", "worlds", "viewports",
+                                               "tissue",  "muscles",     "grabs"};
 inline constexpr Parameter kList[] = {{
     .name = "what",
     .type = ValueType::choice,

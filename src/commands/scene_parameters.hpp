@@ -68,7 +68,7 @@ inline constexpr Range kFactor = above_up_to(0, 1e6);
 
 /// The thesis's numbers stand beside the names: its scripts say `-m 4` and mean linear.
 inline constexpr std::string_view kSpringLaws[] = {
-    "linear", "exponential", "logarithmic", "square", "collagen", "0", "1", "2", "3", "4"};
+    "linear", "exponential", "logarithmic", "square", "collagen", "hookean", "0", "1", "2", "3", "4"};
 inline constexpr Parameter kSpringLaw{
     .name = "m",
     .alias = "material",
@@ -97,6 +97,8 @@ inline constexpr Parameter kRegionSphere{
     .type = ValueType::sphere,
     .help = "only samples within this sphere, where they lie now",
 };
+inline constexpr Parameter kRegionInside = word_flag(
+    "inside", "OBJECT", "only samples inside the closed surface of this object, where both are now");
 inline constexpr Parameter kRegionLayer =
     whole("layer", "-1", between(-1, 1000), "only samples of this layer, 0 being bone; -1: of all");
 inline constexpr Parameter kFlesh = named("flesh", "name of a flesh: that of the object it was built on");

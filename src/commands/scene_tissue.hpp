@@ -189,6 +189,8 @@ inline constexpr Parameter kSimulate[] = {
     whole("skip", "1", between(1, 1000000), "steps between two drawings"),
     on_off("resume", "begins with steps, not by showing what it begins with; recordings say so"),
     on_off("runge_kutta", "second order (Heun) in place of Euler's first"),
+    on_off("verlet", "Verlet's method: second order at the price of the first, for what hardly damps"),
+    on_off("implicit", "implicit Euler: any step is stable, motion fades the more the longer it is"),
     {
         .name = "adaptive",
         .range = above_up_to(0, 1e6),
@@ -196,7 +198,7 @@ inline constexpr Parameter kSimulate[] = {
         .help = "steps chosen by the error of each, in length, none longer than dt",
     },
 };
-inline constexpr std::string_view kSchemes[] = {"runge_kutta", "adaptive"};
+inline constexpr std::string_view kSchemes[] = {"runge_kutta", "adaptive", "verlet", "implicit"};
 inline constexpr std::string_view kEnds[] = {"count", "until"};
 inline constexpr Rule kSimulateRules[] = {{Rule::at_most_one, kSchemes}};
 inline constexpr Example kSimulateExamples[] = {
@@ -214,29 +216,34 @@ inline constexpr Parameter kFrame[] = {{
 inline constexpr Example kFrameExamples[] = {{"frame 50", "moves along paths go on for fifty frames"}};
 
 inline constexpr Parameter kGrow[] = {
-    kFlesh,       number("by", "1.1", kFactor, "factor of the rest lengths"), kRegionBox, kRegionSphere,
-    kRegionLayer,
+    kFlesh,        number("by", "1.1", kFactor, "factor of the rest lengths"),
+    kRegionBox,    kRegionSphere,
+    kRegionInside, kRegionLayer,
 };
 inline constexpr Example kGrowExamples[] = {
     {"grow sheet -by 1.2 -sphere 0 0 0 0.3", "swells within the sphere"}};
 inline constexpr Parameter kShrink[] = {
-    kFlesh,       number("by", "1.1", kFactor, "divisor of the rest lengths"), kRegionBox, kRegionSphere,
-    kRegionLayer,
+    kFlesh,        number("by", "1.1", kFactor, "divisor of the rest lengths"),
+    kRegionBox,    kRegionSphere,
+    kRegionInside, kRegionLayer,
 };
 inline constexpr Example kShrinkExamples[] = {
     {"shrink sheet -by 1.1 -layer 2", "skin under tension at rest"}};
+inline constexpr Parameter kTissueName =
+    named("tissue", "name of a flesh or a solid: that of the object it was made of");
 inline constexpr Parameter kStiffen[] = {
-    kFlesh,       number("by", "2", Range{0, 1e6}, "factor of the stiffness"), kRegionBox, kRegionSphere,
-    kRegionLayer,
+    kTissueName,   number("by", "2", Range{0, 1e6}, "factor of the stiffness"),
+    kRegionBox,    kRegionSphere,
+    kRegionInside, kRegionLayer,
 };
 inline constexpr Example kStiffenExamples[] = {{"stiffen sheet -by 10 -box 0 0 -1 1 1 1", "a scar"}};
-inline constexpr Parameter kRemove[] = {kFlesh, kRegionBox, kRegionSphere, kRegionLayer};
-inline constexpr std::string_view kRegions[] = {"box", "sphere"};
+inline constexpr Parameter kRemove[] = {kFlesh, kRegionBox, kRegionSphere, kRegionInside, kRegionLayer};
+inline constexpr std::string_view kRegions[] = {"box", "sphere", "inside"};
 inline constexpr Rule kRemoveRules[] = {{Rule::at_least_one, kRegions}};
 inline constexpr Example kRemoveExamples[] = {
     {"remove sheet -sphere 0 0 0 0.1", "an excision through all layers"}};
-inline constexpr Parameter kFix[] = {kFlesh, kRegionBox, kRegionSphere, kRegionLayer,
-                                     on_off("free", "let them move again")};
+inline constexpr Parameter kFix[] = {kTissueName,   kRegionBox,   kRegionSphere,
+                                     kRegionInside, kRegionLayer, on_off("free", "let them move again")};
 inline constexpr Example kFixExamples[] = {{"fix sheet -layer 0", "tied to bone"}};
 inline constexpr Parameter kVolume[] = {
     kFlesh,

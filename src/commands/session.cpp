@@ -8,6 +8,7 @@
 #include "session_state.hpp"
 #include "text.hpp"
 #include "turgor/world/flesh_objects.hpp"
+#include "turgor/world/solid_objects.hpp"
 #include "values.hpp"
 
 namespace turgor {
@@ -18,7 +19,8 @@ const std::map<std::string_view, commands::SceneHandler>& handlers() {
     std::map<std::string_view, commands::SceneHandler> all;
     for (const auto part :
          {commands::object_handlers(), commands::view_handlers(), commands::constraint_handlers(),
-          commands::tissue_handlers(), commands::edit_handlers(), commands::talk_handlers()}) {
+          commands::tissue_handlers(), commands::edit_handlers(), commands::solid_handlers(),
+          commands::talk_handlers()}) {
       for (const commands::NamedHandler& h : part) all.emplace(h.name, h.handler);
     }
     return all;
@@ -44,8 +46,12 @@ void record_simulation(SessionState& s) {
                                  commands::format_number(run.options.dt), run.skip);
   if (run.options.tolerance > 0)
     line += " -adaptive " + commands::format_number(run.options.tolerance);
+  else if (run.options.implicit)
+    line += " -implicit";
   else if (run.options.integrator == Integrator::heun)
     line += " -runge_kutta";
+  else if (run.options.integrator == Integrator::verlet)
+    line += " -verlet";
   record(s, std::move(line));
   run.taken = 0;
 }
@@ -191,6 +197,7 @@ Result<void> take_steps(SessionState& s) {
 // A frame that is stopped half way is finished all the same, as a replay of its steps will do.
 Result<void> simulate(SessionState& s) {
   TURGOR_CHECK(update_collisions(s.scene));
+  update_holds(s.scene, static_cast<double>(s.simulation->skip) * s.simulation->options.dt);
   auto done = take_steps(s);
   TURGOR_CHECK(s.scene.specimen.adapt());
   for (int handle = 0; handle < s.scene.specimen.handle_count(); ++handle) {
@@ -203,12 +210,27 @@ Result<void> simulate(SessionState& s) {
   return done;
 }
 
+// Meshes made in the background, in the frames in which they are due.
+Result<void> exchange_meshes(SessionState& s) {
+  for (std::size_t i = 0; i < s.remeshing.size();) {
+    if (s.remeshing[i].due > s.scene.frame) {
+      ++i;
+      continue;
+    }
+    RemeshTask task = std::move(s.remeshing[i]);
+    s.remeshing.erase(s.remeshing.begin() + static_cast<std::ptrdiff_t>(i));
+    TURGOR_CHECK(finish_remesh(s.scene, task));
+  }
+  return {};
+}
+
 Result<void> turn(SessionState& s) {
   const bool was_simulating = s.simulation.has_value();
   s.scene.begin_frame();
   if (s.pause > 0) --s.pause;
   sample_devices(s);
   auto done = s.context.check();
+  if (done) done = exchange_meshes(s);
   if (done) done = execute_all(s);
   if (!done) drop(s);
   if (s.finished && s.simulation) end_simulation(s);
@@ -220,6 +242,7 @@ Result<void> turn(SessionState& s) {
     if (!done) drop(s);
   }
   TURGOR_CHECK(update_flesh_objects(s.scene));
+  TURGOR_CHECK(update_solid_objects(s.scene));
   s.scene.end_frame();
   tell_constraints(s);
   if (!s.stepped) ++s.frames_since;

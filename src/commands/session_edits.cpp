@@ -16,24 +16,24 @@ Result<void> told(const SessionState& s, const Invocation& c, const Result<int>&
 }
 
 Result<void> grow(SessionState& s, const Invocation& c) {
-  TURGOR_TRY(const Region region, region_of(c));
+  TURGOR_TRY(const Region region, region_of(s.scene, c));
   return told(s, c, s.scene.specimen.scale_growth(c.word("flesh"), region, c.number("by")), "samples");
 }
 Result<void> shrink(SessionState& s, const Invocation& c) {
-  TURGOR_TRY(const Region region, region_of(c));
+  TURGOR_TRY(const Region region, region_of(s.scene, c));
   return told(s, c, s.scene.specimen.scale_growth(c.word("flesh"), region, 1 / c.number("by")), "samples");
 }
 Result<void> stiffen(SessionState& s, const Invocation& c) {
-  TURGOR_TRY(const Region region, region_of(c));
-  return told(s, c, s.scene.specimen.scale_stiffness(c.word("flesh"), region, c.number("by")), "samples");
+  TURGOR_TRY(const Region region, region_of(s.scene, c));
+  return told(s, c, s.scene.specimen.scale_stiffness(c.word("tissue"), region, c.number("by")), "samples");
 }
 Result<void> remove(SessionState& s, const Invocation& c) {
-  TURGOR_TRY(const Region region, region_of(c));
+  TURGOR_TRY(const Region region, region_of(s.scene, c));
   return told(s, c, s.scene.specimen.remove(c.word("flesh"), region), "columns");
 }
 Result<void> fix(SessionState& s, const Invocation& c) {
-  TURGOR_TRY(const Region region, region_of(c));
-  return told(s, c, s.scene.specimen.set_mobile(c.word("flesh"), region, c.flag("free")), "samples");
+  TURGOR_TRY(const Region region, region_of(s.scene, c));
+  return told(s, c, s.scene.specimen.set_mobile(c.word("tissue"), region, c.flag("free")), "samples");
 }
 Result<void> volume(SessionState& s, const Invocation& c) {
   const double modulus = c.number("modulus"),
@@ -77,8 +77,13 @@ Result<void> refine(SessionState& s, const Invocation& c) {
 
 }  // namespace
 
-Result<Region> region_of(const Invocation& c) {
+Result<Region> region_of(const Scene& scene, const Invocation& c) {
   Region region;
+  if (c.given("inside")) {
+    TURGOR_TRY(const int object, scene.require(c.word("inside")));
+    TURGOR_TRY(const Barrier closed, barrier_of(scene, object, RegionShape::mesh));
+    region.inside = closed.mesh;
+  }
   if (c.given("box")) region.box = c.box("box");
   if (c.given("sphere")) {
     const Sphere sphere = c.sphere("sphere");

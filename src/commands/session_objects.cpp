@@ -4,6 +4,7 @@
 #include "session_state.hpp"
 #include "turgor/core/file.hpp"
 #include "turgor/world/flesh_objects.hpp"
+#include "turgor/world/solid_objects.hpp"
 
 namespace turgor::commands {
 namespace {
@@ -112,6 +113,23 @@ void list_tissue(const SessionState& s) {
   }
 }
 
+void list_solids(const SessionState& s) {
+  for (const SolidMeasures& m : measure_solids(s.scene.specimen)) {
+    s.say(fmt::format("{}: {} points ({} held), {} tetrahedra ({} inverted), volume {:.6g} of {:.6g}", m.name,
+                      m.points, m.fixed, m.tetrahedra, m.inverted, m.volume, m.rest_volume));
+  }
+}
+
+void list_grabs(const SessionState& s) {
+  for (const NamedGrab& grab : s.scene.specimen.grabs()) {
+    const Vec3 force = s.scene.specimen.force_of(grab);
+    s.say(fmt::format("{:<16} {} samples of {}, force {:.4g} ({:.4g} {:.4g} {:.4g})", grab.name,
+                      grab.samples.size(),
+                      s.scene.specimen.bodies()[static_cast<std::size_t>(grab.body)].name, length(force),
+                      force.x, force.y, force.z));
+  }
+}
+
 void list_muscles(const SessionState& s) {
   for (const Muscle& muscle : s.scene.specimen.muscles()) {
     for (const Fibre& fibre : muscle.fibres) {
@@ -125,7 +143,8 @@ void list_muscles(const SessionState& s) {
 Result<void> list(SessionState& s, const Invocation& c) {
   const std::string& what = c.word("what");
   if (what == "objects") list_objects(s);
-  if (what == "tissue") list_tissue(s);
+  if (what == "tissue") list_tissue(s), list_solids(s);
+  if (what == "grabs") list_grabs(s);
   if (what == "muscles") list_muscles(s);
   if (what == "constraints") {
     for (const Constraint& k : s.scene.constraints.constraints())

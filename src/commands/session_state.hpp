@@ -10,6 +10,7 @@
 
 #include "turgor/commands/session.hpp"
 #include "turgor/world/object_file.hpp"
+#include "turgor/world/solid_objects.hpp"
 
 namespace turgor {
 
@@ -55,10 +56,11 @@ struct SessionState {
   std::map<std::string, int> device_nodes;
   std::vector<std::string> recording;
   std::int64_t frames_since = 0;  ///< frames without steps that ended since the last line of the recording
-  bool stepped = false;           ///< in this frame
-  std::int64_t pause = 0;         ///< frames that lines of scripts wait for
-  bool finished = false;          ///< `quit`
-  std::set<std::string> told;     ///< notices that are said once
+  std::vector<RemeshTask> remeshing;
+  bool stepped = false;        ///< in this frame
+  std::int64_t pause = 0;      ///< frames that lines of scripts wait for
+  bool finished = false;       ///< `quit`
+  std::set<std::string> told;  ///< notices that are said once
 
   void say(const std::string& text) const {
     if (options.say) options.say(text);
@@ -80,6 +82,7 @@ std::span<const NamedHandler> view_handlers();
 std::span<const NamedHandler> constraint_handlers();
 std::span<const NamedHandler> tissue_handlers();
 std::span<const NamedHandler> edit_handlers();
+std::span<const NamedHandler> solid_handlers();
 std::span<const NamedHandler> talk_handlers();
 std::string recording_of(const SessionState& s);
 /// Not those that only talk, and not `simulate`, which is recorded by the steps it took.
@@ -91,7 +94,7 @@ Result<std::vector<double>> read_numbers(const std::string& file);
 void read_device(SessionState& s, const std::string& device, const Vec3& value);
 /// A sample by its name, or as FLESH:LAYER:NUMBER.
 Result<SampleRef> find_sample(const Scene& scene, const std::string& text);
-Result<Region> region_of(const Invocation& c);
+Result<Region> region_of(const Scene& scene, const Invocation& c);
 inline Vec3 triple(const Invocation& c, std::string_view parameter) {
   const auto n = c.numbers(parameter);
   return {n.at(0), n.at(1), n.at(2)};

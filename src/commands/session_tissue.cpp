@@ -119,7 +119,8 @@ Result<void> collide(SessionState& s, const Invocation& c, bool clings) {
                      "layer");
   }
   if (collision.layer >= 0) {
-    const FleshBody& body = s.scene.specimen.bodies()[static_cast<std::size_t>(collision.body)];
+    const TissueBody& body = s.scene.specimen.bodies()[static_cast<std::size_t>(collision.body)];
+    if (body.solid) return c.error(fmt::format("'{}' is a solid", body.name), "It has no layers", "layer");
     if (collision.layer >= body.flesh.layers) {
       return c.error(fmt::format("'{}' has no layer {}", body.name, collision.layer),
                      fmt::format("Its layers are 0 to {}", body.flesh.layers - 1), "layer");
@@ -143,12 +144,17 @@ Result<void> damping(SessionState& s, const Invocation& c) {
 // By number and layer, of one flesh.
 Result<SampleRef> indexed(const Specimen& specimen, const Invocation& c, int body, std::int64_t number,
                           std::int64_t layer) {
-  const Flesh& flesh = specimen.bodies()[static_cast<std::size_t>(body)].flesh;
+  const TissueBody& named = specimen.bodies()[static_cast<std::size_t>(body)];
+  const Flesh& flesh = named.flesh;
+  if (named.solid) {
+    if (number < named.count) return SampleRef{body, static_cast<int>(number)};
+    return c.error(fmt::format("there is no sample {}", number),
+                   fmt::format("'{}' has the samples 0 to {}", named.name, named.count - 1), "samples");
+  }
   if (number >= flesh.columns() || layer >= flesh.layers) {
     return c.error(fmt::format("there is no sample {} in layer {}", number, layer),
-                   fmt::format("'{}' has the samples 0 to {} in the layers 0 to {}",
-                               specimen.bodies()[static_cast<std::size_t>(body)].name, flesh.columns() - 1,
-                               flesh.layers - 1),
+                   fmt::format("'{}' has the samples 0 to {} in the layers 0 to {}", named.name,
+                               flesh.columns() - 1, flesh.layers - 1),
                    "samples");
   }
   return SampleRef{body, flesh.sample(static_cast<int>(layer), static_cast<int>(number))};
@@ -225,7 +231,10 @@ Result<void> simulate(SessionState& s, const Invocation& c) {
   }
   Simulation run;
   run.options.dt = c.number("dt");
-  run.options.integrator = c.flag("runge_kutta") ? Integrator::heun : Integrator::euler;
+  run.options.integrator = c.flag("runge_kutta") ? Integrator::heun
+                           : c.flag("verlet")    ? Integrator::verlet
+                                                 : Integrator::euler;
+  run.options.implicit = c.flag("implicit");
   if (c.given("adaptive")) run.options.tolerance = c.number("adaptive");
   if (c.given("count")) run.left = c.integer("count");
   if (c.given("until")) run.until = c.number("until");
@@ -270,23 +279,28 @@ Result<std::vector<double>> read_numbers(const std::string& file) {
 
 Result<SampleRef> find_sample(const Scene& scene, const std::string& text) {
   if (const auto by_name = scene.specimen.sample(text)) return *by_name;
-  const std::size_t last = text.rfind(':'),
-                    first = last == std::string::npos ? last : text.rfind(':', last - 1);
-  int layer = -1, number = -1;
-  if (first != std::string::npos && first > 0) {
-    const auto read = [&](std::size_t from, std::size_t to, int& value) {
-      return std::from_chars(text.data() + from, text.data() + to, value).ptr == text.data() + to;
-    };
-    const int body = scene.specimen.body_number(text.substr(0, first));
-    if (body > 0 && read(first + 1, last, layer) && read(last + 1, text.size(), number)) {
-      const Flesh& flesh = scene.specimen.bodies()[static_cast<std::size_t>(body)].flesh;
-      if (layer >= 0 && layer < flesh.layers && number >= 0 && number < flesh.columns()) {
-        return SampleRef{body, flesh.sample(layer, number)};
-      }
+  const auto read = [](std::string_view digits, int& value) {
+    const char* const end = digits.data() + digits.size();
+    const auto [stop, code] = std::from_chars(digits.data(), end, value);
+    return stop == end && code == std::errc() && value >= 0;
+  };
+  const auto& bodies = scene.specimen.bodies();
+  for (int b = 1; b < static_cast<int>(bodies.size()); ++b) {
+    const TissueBody& body = bodies[static_cast<std::size_t>(b)];
+    if (!text.starts_with(body.name + ":")) continue;
+    const std::string_view rest = std::string_view(text).substr(body.name.size() + 1);
+    const std::size_t colon = rest.find(':');
+    int layer = 0, number = 0;
+    if (body.solid) {
+      if (read(rest, number) && number < body.count) return SampleRef{b, number};
+    } else if (colon != std::string_view::npos && read(rest.substr(0, colon), layer) &&
+               read(rest.substr(colon + 1), number) && layer < body.flesh.layers &&
+               number < body.flesh.columns()) {
+      return SampleRef{b, body.flesh.sample(layer, number)};
     }
   }
   return Error{ErrorKind::bad_input, fmt::format("there is no point sample '{}'", text), "",
-               "Give the name of one made by blot, or FLESH:LAYER:NUMBER"};
+               "Give the name of one made by blot, FLESH:LAYER:NUMBER or SOLID:NUMBER"};
 }
 
 std::span<const NamedHandler> tissue_handlers() {

@@ -45,9 +45,15 @@ CellMesh cells_of(const Specimen& specimen) {
     mesh.offsets.push_back(static_cast<int>(mesh.connectivity.size()));
     mesh.types.push_back(type);
   };
-  constexpr std::uint8_t line = 3, wedge = 13;
+  constexpr std::uint8_t line = 3, tetrahedron = 10, wedge = 13;
   for (std::size_t b = 1; b < specimen.bodies().size(); ++b) {
-    const FleshBody& body = specimen.bodies()[b];
+    const TissueBody& body = specimen.bodies()[b];
+    if (body.solid) {
+      const int o = body.offset;
+      for (const auto& t : body.solid->mesh.tetrahedra)
+        cell(tetrahedron, {o + t[0], o + t[1], o + t[2], o + t[3]});
+      continue;
+    }
     for (const Index3& t : triangulated(body.flesh.surface).triangles) {
       for (int layer = 0; layer + 1 < body.flesh.layers; ++layer) {
         const auto at = [&](int l, int c) { return body.offset + body.flesh.sample(l, c); };

@@ -223,6 +223,7 @@ SpringLaw law_named(std::string_view word) {
   if (word == "logarithmic" || word == "2") return SpringLaw::logarithmic;
   if (word == "square" || word == "3") return SpringLaw::square;
   if (word == "collagen") return SpringLaw::collagen;
+  if (word == "hookean") return SpringLaw::hookean;
   return SpringLaw::linear;
 }
 

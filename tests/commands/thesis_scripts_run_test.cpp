@@ -65,13 +65,13 @@ struct Played {
   }
 };
 
-const FleshBody& only_flesh(const Scene& scene) {
+const TissueBody& only_flesh(const Scene& scene) {
   return scene.specimen.bodies().at(1);
 }
 
 /// Highest point of the skin within `reach` of a place in the plane, over the skin's height at rest.
 double rise_near(const Scene& scene, const Vec3& place, double reach) {
-  const FleshBody& body = only_flesh(scene);
+  const TissueBody& body = only_flesh(scene);
   double highest = -1;
   for (int c = 0; c < body.flesh.columns(); ++c) {
     const int sample = body.flesh.sample(body.flesh.layers - 1, c);

@@ -55,7 +55,7 @@ bool is_finite(const Specimen& specimen) {
 
 double total_mass(const Specimen& specimen) {
   double sum = 0;
-  for (const FleshBody& body : specimen.bodies()) {
+  for (const TissueBody& body : specimen.bodies()) {
     for (const FleshSample& s : body.flesh.samples) sum += s.mass_g;
   }
   return sum;
@@ -307,7 +307,7 @@ TEST(Specimen, EditsOfRefinedTissueAreOfItsBase) {
   for (const FleshSample& sample : specimen.bodies()[1].flesh.samples) EXPECT_EQ(sample.growth, 1.5);
   *specimen.adapt();
   EXPECT_LE(specimen.bodies()[1].count, 4 * 48) << "one level, not one more";
-  ASSERT_GT(*specimen.remove("sheet", {Box3{{-3, -3, -3}, {-1, 3, 3}}, {}, 0, -1}), 0);
+  ASSERT_GT(*specimen.remove("sheet", {Box3{{-3, -3, -3}, {-1, 3, 3}}, {}, 0, {}, -1}), 0);
   EXPECT_FALSE(specimen.bodies()[1].refinement.has_value());
 }
 

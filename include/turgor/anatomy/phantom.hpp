@@ -80,6 +80,10 @@ class Phantom {
                                                           std::span<const Vec3> targets,
                                                           Context& context) const;
 
+  /// The surface as triangles from a grid of that spacing (0.25 to 20 mm), closed where the scan cuts the
+  /// neck. Errors: a spacing out of range; cancelled.
+  [[nodiscard]] Result<TriMesh> surface(PhantomSurface which, double spacing_mm, Context& context) const;
+
   /// The CT: partial volume by supersampling, blur, noise. The same bits for any number of threads.
   [[nodiscard]] Result<CtVolume> scan(Context& context) const;
   [[nodiscard]] Result<LabelVolume> labels(const Grid& grid, Context& context) const;

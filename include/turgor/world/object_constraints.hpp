@@ -28,6 +28,16 @@ Result<std::string> add_object_path(Scene& scene, const std::string& object, con
                                     const PathOptions& options);
 Result<std::string> add_camera_path(Scene& scene, const std::string& viewport, const std::string& path,
                                     const PathOptions& options);
+/// A rigid motion over some frames: it turns about the axis through a point, and shifts, evenly.
+struct MoveBy {
+  Vec3 shift;
+  double angle_deg = 0;
+  Vec3 axis{0, 0, 1};
+  std::optional<Vec3> about = std::nullopt;  ///< a point on the axis; else the object's centre
+  int frames = 100;
+};
+/// From the next frame on (`mv_obj_by`). Errors: an axis without length; frames below 1.
+Result<std::string> add_object_move(Scene& scene, const std::string& object, const MoveBy& move);
 /// The viewport's camera follows (`vp_track_obj`): `eye` gives its place, `look_at` what it looks at; with
 /// `eye` alone the view goes along the eye's orientation, with `look_at` alone the camera only turns. Empty:
 /// not given. Errors: neither given.

@@ -15,7 +15,8 @@ namespace turgor {
 
 /// A shape by name: grid.N.M and wiregrid.N.M (1 × 1 about the origin, N × M points, point = N row + column,
 /// rows along y), sphere (radius ½), cube (edge 1), line, fusiform (1 × 1 with a spindle-shaped hole;
-/// 174 points). Errors: no such primitive, too many points.
+/// 174 points), gear (diameter 1 about the z axis), phantom_skin and phantom_bone (the built-in head, mm).
+/// Errors: no such primitive, too many points.
 Result<Object> make_primitive(const std::string& name);
 /// The names as they are typed, for help and completion.
 std::vector<std::string> primitive_names();

@@ -1,6 +1,6 @@
-// The tissue of a scene: point samples made one by one or by `flesh_out`, the forces on them, muscles and
-// sutures, and their motion (Pieper 1989, sections 3.2 and 5.1 to 5.7). Numbers of a script carry no units;
-// any consistent ones do.
+// The tissue of a scene: point samples made one by one, by `flesh_out` or by `voxelize`, the forces on them,
+// muscles and sutures, and their motion (Pieper 1989, sections 3.2 and 5.1 to 5.7; Morris 2006, section 4).
+// Numbers of a script carry no units; any consistent ones do.
 #pragma once
 
 #include <array>
@@ -12,12 +12,15 @@
 
 #include "turgor/anatomy/flesh.hpp"
 #include "turgor/core/context.hpp"
+#include "turgor/dynamics/implicit_stepper.hpp"
 #include "turgor/dynamics/time_stepper.hpp"
+#include "turgor/geometry/surface_query.hpp"
 #include "turgor/world/object.hpp"
+#include "turgor/world/solid_part.hpp"
 
 namespace turgor {
 
-/// A point sample: of those made one by one (body 0), or of a flesh (bodies from 1 on).
+/// A point sample: of those made one by one (body 0), or of a flesh or a solid (bodies from 1 on).
 struct SampleRef {
   int body = 0, number = 0;
   auto operator<=>(const SampleRef&) const = default;
@@ -74,10 +77,51 @@ struct Region {
   std::optional<Box3> box;
   std::optional<Vec3> centre;  ///< of a sphere
   double radius = 0;
-  int layer = -1;  ///< -1: all
+  std::shared_ptr<const SurfaceQuery> inside = nullptr;  ///< of a closed surface
+  int layer = -1;                                        ///< -1: all; of fleshes alone
   [[nodiscard]] bool contains(const Vec3& p) const {
-    return (!box || box->contains(p)) && (!centre || distance(p, *centre) <= radius);
+    return (!box || box->contains(p)) && (!centre || distance(p, *centre) <= radius) &&
+           (!inside || inside->inside(p));
   }
+};
+
+/// Samples that move with an object, as tissue does with the bone it grows on.
+struct Attachment {
+  int object = 0;  ///< id
+  int body = 0;
+  std::vector<int> samples;
+  std::vector<Vec3> places;  ///< in the frame of the object's pose
+
+  /// Gives each sample the number that `renumbered` tells, and drops those with a negative one.
+  template <class Renumbered>
+  void keep(Renumbered&& renumbered) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const int now = renumbered(samples[i]);
+      if (now >= 0) samples[kept] = now, places[kept++] = places[i];
+    }
+    samples.resize(kept);
+    places.resize(kept);
+  }
+};
+
+/// A hand on the tissue: pulls the mean of its samples to a target, or along with an object.
+struct NamedGrab {
+  std::string name;
+  int body = 0;
+  std::vector<int> samples;
+  Vec3 target;
+  std::optional<int> object = std::nullopt;  ///< id; the target keeps its place in the object's frame
+  Vec3 place;                                ///< that place
+  double stiffness = 1, limit = 1e9;         ///< force over distance, greatest force
+};
+
+/// Contact of the surfaces of all solids with each other, and with themselves.
+struct ContactOptions {
+  double thickness = 0;  ///< distance at which surfaces meet; 0: a quarter of the smallest cube
+  double stiffness = 0;  ///< force over depth; 0: twice the largest Young's modulus times that cube's edge
+  double friction = 0.3;
+  bool self = true;
 };
 
 /// The outermost layer as skin (section 2.1.2): collagen beside the springs of the layer, slack until they
@@ -93,8 +137,8 @@ struct SkinLayer {
 };
 Result<void> validate(const SkinLayer& skin, int columns);
 
-/// One flesh and where its samples lie in the state.
-struct FleshBody {
+/// One flesh or solid, and where its samples lie in the state. Body 0 has the samples made one by one.
+struct TissueBody {
   std::string name;
   std::optional<AdaptiveFlesh> adaptive;        ///< while it is refined
   Flesh flesh;                                  ///< without samples for body 0
@@ -103,12 +147,18 @@ struct FleshBody {
   int offset = 0, count = 0;                    ///< samples in positions()
   double viscosity = 0;                         ///< of its springs
   std::optional<SkinLayer> skin;
+  std::optional<SolidPart> solid = std::nullopt;  ///< then `flesh` is empty
+
+  [[nodiscard]] std::size_t samples() const {
+    return solid ? solid->mesh.points.size() : flesh.samples.size();
+  }
 };
 
 struct SimulationOptions {
   double dt = 0.05;
   Integrator integrator = Integrator::euler;
-  double tolerance = 0;  ///< > 0: steps chosen by the estimated error per step instead, none longer than dt
+  bool implicit = false;  ///< implicit Euler instead
+  double tolerance = 0;   ///< > 0: steps chosen by the estimated error per step instead, none longer than dt
 };
 
 /// What a step, or many, took.
@@ -129,6 +179,13 @@ class Specimen {
   Result<void> add_shock(SampleRef a, SampleRef b, const SpringOptions& options);
   /// Returns its body. Errors: the name is taken; an invalid flesh.
   Result<int> add_flesh(const std::string& name, Flesh flesh, double viscosity);
+  /// Returns its body. Errors: the name is taken.
+  Result<int> add_solid(const std::string& name, SolidPart part);
+  /// A new solid in place of one's own: points take their motion, and what holds them, from the tetrahedra of
+  /// the old one that `from_old` names; fibres, grabs and handles go to the nearest new points. `pose_of`
+  /// tells the pose of an object. Errors: not a solid; another number of points.
+  Result<void> replace_solid(int body, SolidPart part, const TetraEmbedding& from_old,
+                             const std::function<ObjectTransform(int)>& pose_of);
   /// Makes the muscle where there is none of the name. Its rest length is the present distance.
   Result<void> add_fibre(const std::string& muscle, SampleRef a, SampleRef b, const SpringOptions& options);
   Result<void> set_twitch(const std::string& muscle, Twitch twitch);
@@ -140,10 +197,31 @@ class Specimen {
   /// Keeps stiffness, law and kind of collision number `i`; its place is that of `shape`.
   Result<void> reshape_collision(std::size_t i, const Barrier& shape, const ObjectTransform& placed);
   void forget_collisions(const std::function<bool(const Collision&)>& which);
+  /// All samples of the region become immobile and move with the object from now on; returns how many.
+  Result<int> attach(const std::string& body, const Region& region, int object, const ObjectTransform& pose);
+  [[nodiscard]] const std::vector<Attachment>& attachments() const { return attachments_; }
+  /// Where attached samples are to be after `duration`: they move there at constant speed; at once for 0.
+  void lead(const Attachment& attachment, const ObjectTransform& pose, double duration);
+  void forget_attachments(const std::function<bool(const Attachment&)>& which);
+  /// Replaces one of the same name. Errors: no samples; numbers out of range.
+  Result<void> set_grab(NamedGrab grab);
+  Result<void> release(const std::string& name);  ///< errors: there is none
+  [[nodiscard]] const std::vector<NamedGrab>& grabs() const { return grabs_; }
+  [[nodiscard]] Grab lowered(const NamedGrab& grab) const;
+  [[nodiscard]] Vec3 force_of(const NamedGrab& grab) const;
+  /// nullopt: none. Errors: out of range.
+  Result<void> set_contact(const std::optional<ContactOptions>& options);
+  [[nodiscard]] const std::optional<ContactOptions>& contact() const { return contact_; }
+  /// As the samples lie; surfaces are the solids in their order. Nothing before the first step after a
+  /// change.
+  [[nodiscard]] ContactMeasures contact_measures() const {
+    return stepper_ ? stepper_->contact_measures(state_) : ContactMeasures{};
+  }
   Result<void> set_gravity(const Vec3& acceleration);
   Result<void> set_damping(double damping);
 
-  // ---- edits of a flesh (section 6.2); each returns how many samples or polygons it changed ----
+  // ---- edits (section 6.2); each returns how many samples or polygons it changed ----
+  // Of solids `scale_stiffness` changes tetrahedra and `set_mobile` points; the others are of fleshes.
   Result<int> scale_growth(const std::string& body, const Region& region, double factor);
   Result<int> scale_stiffness(const std::string& body, const Region& region, double factor);
   Result<int> set_mobile(const std::string& body, const Region& region, bool mobile);
@@ -165,7 +243,7 @@ class Specimen {
   [[nodiscard]] std::optional<SampleRef> held(int handle) const;  ///< none where the sample is gone
 
   // ---- looking ----
-  [[nodiscard]] const std::vector<FleshBody>& bodies() const { return bodies_; }
+  [[nodiscard]] const std::vector<TissueBody>& bodies() const { return bodies_; }
   [[nodiscard]] int body_number(const std::string& name) const;  ///< -1 where there is none
   [[nodiscard]] const std::vector<Muscle>& muscles() const { return muscles_; }
   [[nodiscard]] const std::vector<Fibre>& shocks() const { return shocks_; }
@@ -181,7 +259,7 @@ class Specimen {
     return state_.position[static_cast<std::size_t>(index(sample))];
   }
   [[nodiscard]] const MotionState& state() const { return state_; }
-  [[nodiscard]] std::vector<Vec3> positions_of(const FleshBody& body) const;
+  [[nodiscard]] std::vector<Vec3> positions_of(const TissueBody& body) const;
   [[nodiscard]] double damping() const { return damping_; }
   [[nodiscard]] const std::vector<Collision>& collisions() const { return collisions_; }
   [[nodiscard]] int spring_count() const;
@@ -198,10 +276,12 @@ class Specimen {
   /// One step from `time`: muscles take their lengths, forces act, samples move. On error nothing changes.
   Result<void> step(double time, const SimulationOptions& options, SimulationReport& report,
                     Context& context);
+  /// To static equilibrium under the forces at `time`. On error nothing changes.
+  Result<EquilibriumResult> settle(double time, const EquilibriumOptions& options, Context& context);
 
  private:
   Result<Muscle*> require_muscle(const std::string& name);
-  Result<void> rebuild(FleshBody& body);
+  Result<void> rebuild(TissueBody& body);
   void renumber();
   void carry_over(int body, const FleshMap& map);
   Result<bool> adapt_body(int body);
@@ -210,28 +290,45 @@ class Specimen {
   Result<int> edit(const std::string& name, Edit&& change);
   [[nodiscard]] static double rest_length(const Fibre& fibre);
   [[nodiscard]] std::vector<Barrier> barriers() const;
+  [[nodiscard]] std::vector<Grab> lowered_grabs() const;
+  [[nodiscard]] std::optional<ContactModel> contact_model() const;
+  [[nodiscard]] Result<int> require_body(const std::string& name) const;
+  void append_solid(MotionModel& model, const TissueBody& body) const;
+  void append_flesh(MotionModel& model, const TissueBody& body) const;
+  Result<int> stiffen_solid(TissueBody& body, const Region& region, double factor);
+  Result<int> fix_solid(TissueBody& body, const Region& region, bool mobile);
+  void detach_mobile(int body);
+  Result<void> prepare_implicit(Context& context);
+  void forget_model() {
+    stepper_.reset();
+    implicit_.reset();
+  }
   [[nodiscard]] std::vector<int> points_of(const Collision& collision) const;
-  void append_skin(MotionModel& model, const FleshBody& body, std::size_t first_spring) const;
+  void append_skin(MotionModel& model, const TissueBody& body, std::size_t first_spring) const;
   void append_fibre(MotionModel& model, const Fibre& fibre) const;
   Result<void> drive_muscles(double time);
   [[nodiscard]] Result<int> require_flesh(const std::string& name) const;
-  [[nodiscard]] std::vector<bool> columns_in(const FleshBody& body, const Region& region) const;
+  [[nodiscard]] std::vector<bool> columns_in(const TissueBody& body, const Region& region) const;
 
-  std::vector<FleshBody> bodies_;
+  std::vector<TissueBody> bodies_;
   std::vector<std::string> names_;  // of the samples of body 0
   std::vector<double> masses_;      // of the same
   std::vector<bool> mobile_;        // of the same
   std::vector<Fibre> shocks_;
   std::vector<Muscle> muscles_;
   std::vector<Collision> collisions_;
+  std::vector<Attachment> attachments_;
+  std::vector<NamedGrab> grabs_;
+  std::optional<ContactOptions> contact_;
   std::vector<std::optional<SampleRef>> handles_;
   Vec3 gravity_;
   double damping_ = 0;
   std::array<Relaxation, kRelaxations> relaxation_{};
   MotionState state_;
 
-  std::optional<TimeStepper> stepper_;  // of the present whole; none after a change
-  int first_fibre_ = 0;                 // of the muscles among the stepper's springs
+  std::optional<TimeStepper> stepper_;       // of the present whole; none after a change
+  std::optional<ImplicitStepper> implicit_;  // of the same, once it is asked for
+  int first_fibre_ = 0;                      // of the muscles among the stepper's springs
   TimeStepper::Workspace workspace_;
 };
 

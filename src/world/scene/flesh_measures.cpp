@@ -159,8 +159,8 @@ double depth_in(const Barrier& barrier, const Vec3& point) {
 
 std::vector<FleshMeasures> measure(const Specimen& specimen) {
   std::vector<FleshMeasures> out;
-  for (const FleshBody& body : specimen.bodies()) {
-    if (&body == &specimen.bodies().front()) continue;
+  for (const TissueBody& body : specimen.bodies()) {
+    if (&body == &specimen.bodies().front() || body.solid) continue;
     FleshMeasures m;
     m.name = body.name;
     m.samples = body.count;
@@ -183,7 +183,8 @@ std::vector<FleshMeasures> measure(const Specimen& specimen) {
 int inverted_prisms(const Specimen& specimen) {
   int count = 0;
   for (std::size_t b = 1; b < specimen.bodies().size(); ++b) {
-    const FleshBody& body = specimen.bodies()[b];
+    const TissueBody& body = specimen.bodies()[b];
+    if (body.solid) continue;
     count += inverted_prisms(body.flesh, specimen.positions_of(body));
   }
   return count;

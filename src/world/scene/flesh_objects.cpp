@@ -7,6 +7,7 @@
 
 #include "turgor/core/index.hpp"
 #include "turgor/geometry/surface_query.hpp"
+#include "world/scene/drawing.hpp"
 
 namespace turgor {
 namespace {
@@ -30,7 +31,7 @@ std::string drawing(const std::string& layer, const std::string& flesh) {
   return layer + ".face." + flesh;
 }
 
-Polyhedron skin_shape(const FleshBody& body, const std::vector<Vec3>& positions) {
+Polyhedron skin_shape(const TissueBody& body, const std::vector<Vec3>& positions) {
   Polyhedron shape = body.flesh.surface;
   const int top = body.flesh.layers - 1;
   for (int c = 0; c < body.flesh.columns(); ++c)
@@ -39,7 +40,7 @@ Polyhedron skin_shape(const FleshBody& body, const std::vector<Vec3>& positions)
 }
 
 // The springs within a layer, as lines.
-Polyhedron layer_lines(const FleshBody& body, int layer, const std::vector<Vec3>& positions) {
+Polyhedron layer_lines(const TissueBody& body, int layer, const std::vector<Vec3>& positions) {
   Polyhedron shape;
   const int columns = body.flesh.columns(), first = layer * columns;
   shape.points.assign(positions.begin() + first, positions.begin() + first + columns);
@@ -65,7 +66,7 @@ Polyhedron fibre_lines(const Specimen& specimen, const Muscle& muscle) {
   return shape;
 }
 
-Polyhedron drawn_shape(const FleshBody& body, int layer, const std::vector<Vec3>& positions) {
+Polyhedron drawn_shape(const TissueBody& body, int layer, const std::vector<Vec3>& positions) {
   return layer == body.flesh.layers - 1 ? skin_shape(body, positions) : layer_lines(body, layer, positions);
 }
 
@@ -78,20 +79,6 @@ Optics optics_of(int layer, int layers) {
   optics.diffuse = optics.curved ? kSkinColour : layer == 0 ? kBoneColour : kSmasColour;
   optics.line_width = optics.curved ? kMeshWidth : kLayerWidth;
   return optics;
-}
-
-Result<void> show(Scene& scene, const std::string& name, Polyhedron shape, const Optics& optics) {
-  const int id = scene.id_of(name);
-  if (id >= 0) {
-    scene.set_description(id, std::move(shape));
-    return {};
-  }
-  Object object;
-  object.name = name;
-  object.description = std::move(shape);
-  object.optics = optics;
-  TURGOR_TRY([[maybe_unused]] const int added, scene.add_object(std::move(object)));
-  return {};
 }
 
 }  // namespace
@@ -112,11 +99,13 @@ Result<void> flesh_out_object(Scene& scene, const std::string& source, const Fle
 Result<void> update_flesh_objects(Scene& scene) {
   const auto& bodies = scene.specimen.bodies();
   for (std::size_t b = 1; b < bodies.size(); ++b) {
+    if (bodies[b].solid) continue;
     const std::vector<Vec3> positions = scene.specimen.positions_of(bodies[b]);
     const int layers = bodies[b].flesh.layers;
     for (int layer = 0; layer < layers; ++layer) {
       const std::string name = drawing(layer_name(layer, layers), bodies[b].name);
-      TURGOR_CHECK(show(scene, name, drawn_shape(bodies[b], layer, positions), optics_of(layer, layers)));
+      TURGOR_CHECK(
+          show_drawing(scene, name, drawn_shape(bodies[b], layer, positions), optics_of(layer, layers)));
     }
   }
   return update_muscle_objects(scene);
@@ -127,7 +116,7 @@ Result<void> update_muscle_objects(Scene& scene) {
   red.diffuse = kMuscleColour;
   red.line_width = kMuscleWidth;
   for (const Muscle& muscle : scene.specimen.muscles()) {
-    TURGOR_CHECK(show(scene, "muscles." + muscle.name, fibre_lines(scene.specimen, muscle), red));
+    TURGOR_CHECK(show_drawing(scene, "muscles." + muscle.name, fibre_lines(scene.specimen, muscle), red));
   }
   return {};
 }
@@ -137,9 +126,12 @@ bool is_drawing(const Specimen& specimen, const std::string& name) {
     if (name == "muscles." + muscle.name) return true;
   }
   for (std::size_t b = 1; b < specimen.bodies().size(); ++b) {
-    const int layers = specimen.bodies()[b].flesh.layers;
+    const TissueBody& body = specimen.bodies()[b];
+    if (body.solid && (name == "skin.solid." + body.name || name == "mesh.solid." + body.name)) return true;
+    if (body.solid) continue;
+    const int layers = body.flesh.layers;
     for (int layer = 0; layer < layers; ++layer) {
-      if (name == drawing(layer_name(layer, layers), specimen.bodies()[b].name)) return true;
+      if (name == drawing(layer_name(layer, layers), body.name)) return true;
     }
   }
   return false;

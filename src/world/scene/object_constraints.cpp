@@ -176,4 +176,31 @@ Result<std::string> add_object_path(Scene& scene, const std::string& object, con
                             .changes = {object_node(id)}});
 }
 
+Result<std::string> add_object_move(Scene& scene, const std::string& object, const MoveBy& move) {
+  TURGOR_TRY(const int id, scene.require(object));
+  const Vec3 axis = unit(move.axis);
+  if (axis == Vec3{} && move.angle_deg != 0) return bad("the axis has no length", object, "Give another one");
+  if (move.frames < 1) return bad("it is to move in no frame", object, "Give at least 1");
+  const Object& moved = *scene.find(id);
+  const Vec3 pivot = move.about ? *move.about : centre_of(moved);
+  const ObjectTransform from = moved.transform;
+  const int first = scene.frame;
+  // From where it was, so that the end is exact.
+  const auto step = [id, move, axis, pivot, from, first](Scene& s) -> Result<void> {
+    const double part = std::clamp(static_cast<double>(s.frame - first) / move.frames, 0.0, 1.0);
+    const double angle = part * move.angle_deg * std::numbers::pi / 180;
+    const RigidTransform turn = RigidTransform::rotate_about(pivot, axis, angle);
+    ObjectTransform there;
+    for (int k = 0; k < 3; ++k) there.linear.c[k] = turn.direction(from.linear.c[k]);
+    there.origin = from.origin;
+    there.translation = turn.point(from.point(from.origin)) + move.shift * part - from.origin;
+    return move_object(s, id, there);
+  };
+  return add_served(scene, {.kind = "mv_obj_by",
+                            .triggers = {{Node::Kind::frame_start}},
+                            .satisfy = step,
+                            .arguments = object,
+                            .changes = {object_node(id)}});
+}
+
 }  // namespace turgor

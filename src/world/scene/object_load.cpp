@@ -16,14 +16,8 @@ namespace turgor {
 namespace fs = std::filesystem;
 namespace {
 
-bool is_mesh_file(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension == ".ply" || extension == ".stl" || extension == ".obj" || extension == ".off";
-}
-
 Result<Object> read_object(const fs::path& path) {
-  if (!is_mesh_file(path)) {
+  if (!is_surface_file(path)) {
     TURGOR_TRY(const std::string text, read_text_file(path, std::uint64_t{1} << 30));
     return parse_object(text, path.string());
   }

@@ -8,7 +8,9 @@
 #include <numbers>
 #include <variant>
 
+#include "turgor/anatomy/phantom.hpp"
 #include "turgor/core/nearest.hpp"
+#include "turgor/geometry/mesh_edit.hpp"
 #include "turgor/world/object_file.hpp"
 #include "world/scene/bad_input.hpp"
 #include "world/scene/name.hpp"
@@ -135,6 +137,53 @@ Polyhedron line() {
   return out;
 }
 
+/// A toothed wheel about the z axis: 16 teeth, diameter 1, a fifth thick, with a bore of a third. Fine enough
+/// to show how it twists.
+Polyhedron gear() {
+  constexpr int teeth = 16, steps = 8, around = teeth * steps;  // of a tooth: root, flank, tip, flank
+  constexpr double root = 0.40, tip = 0.50, bore = 0.165, half = 0.1;
+  constexpr std::array<double, steps> rise = {0, 0, 0, 0.5, 1, 1, 1, 0.5};
+  constexpr int walls = 16, faces = 8;  // quadrilaterals up a wall, and across a face
+  Polyhedron out;
+  // `outwards` 1 on the teeth, 0 in the bore; a ring of points about the axis.
+  const auto ring = [&](double outwards, double z) {
+    for (int i = 0; i < around; ++i) {
+      const double outer = root + (tip - root) * rise[static_cast<std::size_t>(i % steps)];
+      const double angle = 2 * std::numbers::pi * i / around, r = bore + (outer - bore) * outwards;
+      out.points.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+  };
+  for (int i = 0; i < walls; ++i) ring(1, half * (2.0 * i / walls - 1));
+  for (int i = 0; i < faces; ++i) ring(1 - static_cast<double>(i) / faces, half);
+  for (int i = 0; i < walls; ++i) ring(0, half * (1 - 2.0 * i / walls));
+  for (int i = 0; i < faces; ++i) ring(static_cast<double>(i) / faces, -half);
+  constexpr int rings = 2 * (walls + faces);
+  for (int r = 0; r < rings; ++r) {
+    const int a = r * around, b = (r + 1) % rings * around;
+    for (int i = 0; i < around; ++i) {
+      const int j = (i + 1) % around;
+      out.add_polygon(std::array{a + i, a + j, b + j, b + i});
+    }
+  }
+  return out;
+}
+
+/// Of the built-in phantom of a head, mm (LPS). Reduced, for the slivers of the iso-surface catch the light.
+Result<Polyhedron> phantom_surface(PhantomSurface which) {
+  constexpr double spacing_mm = 2;
+  constexpr int triangles = 40'000;
+  TURGOR_TRY(const Phantom phantom, Phantom::create({}));
+  Context context;
+  TURGOR_TRY(const TriMesh surface, phantom.surface(which, spacing_mm, context));
+  return to_polyhedron(decimate(surface, triangles));
+}
+Result<Polyhedron> phantom_skin() {
+  return phantom_surface(PhantomSurface::skin);
+}
+Result<Polyhedron> phantom_bone() {
+  return phantom_surface(PhantomSurface::bone);
+}
+
 /// N.M of grid.N.M.
 Result<GridSize> grid_size(const std::string& name, std::string_view text) {
   std::array<long long, 2> count{};
@@ -157,28 +206,32 @@ Result<GridSize> grid_size(const std::string& name, std::string_view text) {
   return GridSize{static_cast<int>(count[0]), static_cast<int>(count[1])};
 }
 
-/// Of a plain shape; of one whose size follows its name.
+/// Of a plain shape; of one that may fail; of one whose size follows its name.
 using Plain = Polyhedron (*)();
+using Made = Result<Polyhedron> (*)();
 using Sized = Polyhedron (*)(const GridSize&);
 struct Primitive {
   std::string_view name;
   std::string_view typed;
-  std::variant<Plain, Sized> make;
+  std::variant<Plain, Made, Sized> make;
 };
 
-constexpr std::array<Primitive, 6> kPrimitives{{
+constexpr std::array<Primitive, 9> kPrimitives{{
     {"grid", "grid.N.M", grid},
     {"wiregrid", "wiregrid.N.M", wire_grid},
     {"sphere", "sphere", ball},
     {"cube", "cube", cube},
     {"line", "line", line},
     {"fusiform", "fusiform", fusiform},
+    {"gear", "gear", gear},
+    {"phantom_skin", "phantom_skin", phantom_skin},
+    {"phantom_bone", "phantom_bone", phantom_bone},
 }};
 
 /// nullptr where there is none of the name.
 const Primitive* find_primitive(std::string_view name) {
   const auto found = std::find_if(kPrimitives.begin(), kPrimitives.end(), [name](const Primitive& p) {
-    if (std::holds_alternative<Plain>(p.make)) return name == p.name;
+    if (!std::holds_alternative<Sized>(p.make)) return name == p.name;
     return name.starts_with(p.name) && name.substr(p.name.size()).starts_with('.');
   });
   return found == kPrimitives.end() ? nullptr : &*found;
@@ -194,6 +247,7 @@ Result<Polyhedron> shape(const std::string& name) {
     return bad_input(fmt::format("no primitive of the name {}", shown_name(name)), remedy);
   }
   if (const Plain* const plain = std::get_if<Plain>(&primitive->make)) return (*plain)();
+  if (const Made* const made = std::get_if<Made>(&primitive->make)) return (*made)();
   TURGOR_TRY(const GridSize size, grid_size(name, std::string_view(name).substr(primitive->name.size() + 1)));
   return std::get<Sized>(primitive->make)(size);
 }

@@ -93,7 +93,7 @@ Result<void> Specimen::add_shock(SampleRef a, SampleRef b, const SpringOptions& 
   if (a == b || !(length > 0))
     return bad_input("the two samples of a spring are one or lie at one place", "Choose two");
   shocks_.push_back({a, b, length, 1, options});
-  stepper_.reset();
+  forget_model();
   return {};
 }
 
@@ -102,7 +102,7 @@ Result<int> Specimen::add_flesh(const std::string& name, Flesh flesh, double vis
     return bad_input(fmt::format("there is a flesh '{}' already", name), "Choose another name");
   if (!at_least_zero(viscosity))
     return bad_input(fmt::format("the viscosity is {}", viscosity), "Give at least 0");
-  FleshBody body;
+  TissueBody body;
   body.name = name;
   body.flesh = std::move(flesh);
   body.viscosity = viscosity;
@@ -125,7 +125,7 @@ Result<void> Specimen::add_fibre(const std::string& muscle, SampleRef a, SampleR
       std::find_if(muscles_.begin(), muscles_.end(), [&](const Muscle& m) { return m.name == muscle; });
   if (found == muscles_.end()) found = muscles_.insert(muscles_.end(), {muscle, {}, {}});
   found->fibres.push_back({a, b, length, 1, options});
-  stepper_.reset();
+  forget_model();
   return {};
 }
 
@@ -163,7 +163,7 @@ Result<bool> Specimen::set_muscle(const std::string& muscle, std::optional<doubl
 Result<void> Specimen::add_collision(Collision collision) {
   TURGOR_CHECK(validate(collision.barrier));
   collisions_.push_back(std::move(collision));
-  stepper_.reset();
+  forget_model();
   return {};
 }
 
@@ -179,24 +179,25 @@ Result<void> Specimen::reshape_collision(std::size_t i, const Barrier& shape, co
   next.placed = placed;
   TURGOR_CHECK(validate(next.barrier));
   collisions_[i] = std::move(next);
+  if (implicit_) TURGOR_CHECK(implicit_->set_barriers(barriers()));
   return stepper_ ? stepper_->set_barriers(barriers()) : Result<void>();
 }
 
 void Specimen::forget_collisions(const std::function<bool(const Collision&)>& which) {
-  if (std::erase_if(collisions_, which) > 0) stepper_.reset();
+  if (std::erase_if(collisions_, which) > 0) forget_model();
 }
 
 Result<void> Specimen::set_gravity(const Vec3& acceleration) {
   if (!is_within_reach(acceleration)) return bad_input("gravity is out of range", "Give finite numbers");
   gravity_ = acceleration;
-  stepper_.reset();
+  forget_model();
   return {};
 }
 
 Result<void> Specimen::set_damping(double damping) {
   if (!at_least_zero(damping)) return bad_input(fmt::format("the damping is {}", damping), "Give at least 0");
   damping_ = damping;
-  stepper_.reset();
+  forget_model();
   return {};
 }
 
@@ -238,7 +239,7 @@ Result<SampleRef> Specimen::nearest_sample(const Vec3& point) const {
       if (away < least) least = away, best = ref;
     }
   }
-  if (best.body < 0) return bad_input("there is no tissue yet", "Build it with flesh_out first");
+  if (best.body < 0) return bad_input("there is no tissue yet", "Build it with flesh_out or voxelize first");
   return best;
 }
 
@@ -247,14 +248,17 @@ bool Specimen::exists(SampleRef sample) const {
          sample.number < bodies_[at(sample.body)].count;
 }
 
-std::vector<Vec3> Specimen::positions_of(const FleshBody& body) const {
+std::vector<Vec3> Specimen::positions_of(const TissueBody& body) const {
   const auto begin = state_.position.begin() + body.offset;
   return {begin, begin + body.count};
 }
 
 int Specimen::spring_count() const {
   std::size_t springs = shocks_.size();
-  for (const FleshBody& body : bodies_) springs += body.parts.network.springs.size();
+  for (const TissueBody& body : bodies_) {
+    springs += body.parts.network.springs.size();
+    if (body.solid) springs += body.solid->elements.edges.size();
+  }
   for (const Muscle& muscle : muscles_) springs += muscle.fibres.size();
   return static_cast<int>(springs);
 }
@@ -279,14 +283,14 @@ void Specimen::renumber() {
   bodies_.front().count = static_cast<int>(names_.size());
   int offset = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (b > 0) bodies_[b].count = static_cast<int>(bodies_[b].flesh.samples.size());
+    if (b > 0) bodies_[b].count = static_cast<int>(bodies_[b].samples());
     bodies_[b].offset = offset;
     offset += bodies_[b].count;
   }
-  stepper_.reset();
+  forget_model();
 }
 
-Result<void> Specimen::rebuild(FleshBody& body) {
+Result<void> Specimen::rebuild(TissueBody& body) {
   TURGOR_CHECK(validate(body.flesh));
   TURGOR_TRY(body.parts, make_network(body.flesh));
   return {};

@@ -11,17 +11,15 @@
 
 namespace turgor {
 Result<int> Specimen::require_flesh(const std::string& name) const {
-  const int body = body_number(name);
-  if (body >= 0) return body;
-  std::string all;
-  for (std::size_t b = 1; b < bodies_.size(); ++b) all += (all.empty() ? "" : ", ") + bodies_[b].name;
-  return bad_input(fmt::format("there is no flesh '{}'", name),
-                   all.empty() ? "Build one with flesh_out" : "There is " + all);
+  TURGOR_TRY(const int body, require_body(name));
+  if (!bodies_[at(body)].solid) return body;
+  return bad_input(fmt::format("'{}' is a solid, which has no layers", name),
+                   "Name a flesh; of solids `fix`, `attach` and `stiffen` change regions");
 }
 
 // Renumbers what refers to a body's samples, and carries their motion over.
 void Specimen::carry_over(int body, const FleshMap& map) {
-  FleshBody& b = bodies_[at(body)];
+  TissueBody& b = bodies_[at(body)];
   MotionState next;
   next.time_ms = state_.time_ms;
   for (const auto field : {&MotionState::position, &MotionState::velocity}) {
@@ -48,6 +46,15 @@ void Specimen::carry_over(int body, const FleshMap& map) {
   for (auto& handle : handles_) {
     if (handle && !follow(*handle)) handle.reset();
   }
+  for (Attachment& attachment : attachments_) {
+    if (attachment.body == body) attachment.keep([&](int sample) { return map.new_of_old[at(sample)]; });
+  }
+  for (NamedGrab& grab : grabs_) {
+    if (grab.body != body) continue;
+    for (int& sample : grab.samples) sample = map.new_of_old[at(sample)];
+    std::erase(grab.samples, -1);
+  }
+  std::erase_if(grabs_, [](const NamedGrab& grab) { return grab.samples.empty(); });
   if (b.skin && b.skin->langer.size() > 1) {
     const std::vector<Vec3> old = std::move(b.skin->langer);
     b.skin->langer.clear();
@@ -60,7 +67,7 @@ void Specimen::carry_over(int body, const FleshMap& map) {
   renumber();
 }
 
-std::vector<bool> Specimen::columns_in(const FleshBody& body, const Region& region) const {
+std::vector<bool> Specimen::columns_in(const TissueBody& body, const Region& region) const {
   const int columns = body.flesh.columns(), top = body.flesh.layers - 1;
   std::vector<bool> in(at(columns));
   for (int c = 0; c < columns; ++c) {
@@ -92,7 +99,7 @@ int change_samples(Flesh& flesh, const Vec3* position, const Region& region, Cha
 template <class Edit>
 Result<int> Specimen::edit(const std::string& name, Edit&& change) {
   TURGOR_TRY(const int body, require_flesh(name));
-  FleshBody next = bodies_[at(body)];
+  TissueBody next = bodies_[at(body)];
   const Vec3* const position = state_.position.data() + next.offset;
   int changed = 0;
   if (next.adaptive) {
@@ -110,7 +117,7 @@ Result<int> Specimen::edit(const std::string& name, Edit&& change) {
   }
   TURGOR_CHECK(rebuild(next));
   bodies_[at(body)] = std::move(next);
-  stepper_.reset();
+  forget_model();
   return changed;
 }
 
@@ -125,15 +132,23 @@ Result<int> Specimen::scale_growth(const std::string& body, const Region& region
 Result<int> Specimen::scale_stiffness(const std::string& body, const Region& region, double factor) {
   if (!(std::isfinite(factor) && factor >= 0))
     return bad_input(fmt::format("the factor is {}", factor), "Give at least 0");
+  TURGOR_TRY(const int number, require_body(body));
+  if (bodies_[at(number)].solid) return stiffen_solid(bodies_[at(number)], region, factor);
   return edit(body, [&](Flesh& flesh, const Vec3* position) {
     return change_samples(flesh, position, region, [&](FleshSample& s) { s.stiffness *= factor; });
   });
 }
 
 Result<int> Specimen::set_mobile(const std::string& body, const Region& region, bool mobile) {
-  return edit(body, [&](Flesh& flesh, const Vec3* position) {
-    return change_samples(flesh, position, region, [&](FleshSample& s) { s.mobile = mobile; });
-  });
+  TURGOR_TRY(const int number, require_body(body));
+  const auto changed =
+      bodies_[at(number)].solid
+          ? fix_solid(bodies_[at(number)], region, mobile)
+          : edit(body, [&](Flesh& flesh, const Vec3* position) {
+              return change_samples(flesh, position, region, [&](FleshSample& s) { s.mobile = mobile; });
+            });
+  if (changed && mobile) detach_mobile(number);
+  return changed;
 }
 
 Result<int> Specimen::set_volume(const std::string& body, double modulus, double guard) {
@@ -146,7 +161,7 @@ Result<int> Specimen::set_volume(const std::string& body, double modulus, double
 
 Result<int> Specimen::remove(const std::string& name, const Region& region) {
   TURGOR_TRY(const int body, require_flesh(name));
-  FleshBody next = bodies_[at(body)];
+  TissueBody next = bodies_[at(body)];
   next.adaptive.reset();
   next.refinement.reset();  // what is left would be refined once more, as a base of its own
   const std::vector<bool> gone = columns_in(next, region);
@@ -161,7 +176,7 @@ Result<int> Specimen::remove(const std::string& name, const Region& region) {
 
 Result<int> Specimen::refine(const std::string& name, const std::optional<RefinementOptions>& options) {
   TURGOR_TRY(const int body, require_flesh(name));
-  FleshBody& b = bodies_[at(body)];
+  TissueBody& b = bodies_[at(body)];
   if (options) {
     const bool sound = std::isfinite(options->refine_above) && options->merge_below >= 0 &&
                        options->merge_below < options->refine_above && options->most_levels >= 0;
@@ -197,7 +212,7 @@ Result<int> Specimen::adapt() {
 }
 
 Result<bool> Specimen::adapt_body(int body) {
-  FleshBody next = bodies_[at(body)];
+  TissueBody next = bodies_[at(body)];
   if (!next.adaptive) next.adaptive.emplace(next.flesh);
   const auto measure = polygon_strain(next.adaptive->flesh(), positions_of(next));
   TURGOR_TRY(const FleshMap map, next.adaptive->adapt(measure, *next.refinement));

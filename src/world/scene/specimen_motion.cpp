@@ -24,7 +24,7 @@ void Specimen::append_fibre(MotionModel& model, const Fibre& fibre) const {
 
 std::vector<int> Specimen::points_of(const Collision& collision) const {
   if (collision.body < 0) return {};
-  const FleshBody& body = bodies_[at(collision.body)];
+  const TissueBody& body = bodies_[at(collision.body)];
   const int columns = body.flesh.columns();
   std::vector<int> points;
   for (int i = 0; i < body.count; ++i) {
@@ -42,6 +42,27 @@ std::vector<Barrier> Specimen::barriers() const {
   return all;
 }
 
+void Specimen::append_flesh(MotionModel& model, const TissueBody& body) const {
+  SpringNetwork& net = model.network;
+  const SpringNetwork& part = body.parts.network;
+  net.rest.insert(net.rest.end(), part.rest.begin(), part.rest.end());
+  net.mass_g.insert(net.mass_g.end(), part.mass_g.begin(), part.mass_g.end());
+  for (const FleshSample& sample : body.flesh.samples) model.mobile.push_back(sample.mobile ? 1 : 0);
+  const std::size_t first_spring = net.springs.size();
+  for (Spring spring : part.springs) {
+    spring.a += body.offset, spring.b += body.offset;
+    net.springs.push_back(spring);
+    SpringMotion motion;
+    motion.viscosity = body.viscosity;
+    model.springs.push_back(motion);
+  }
+  for (VolumeElement volume : part.volumes) {
+    for (int& p : volume.p) p += body.offset;
+    net.volumes.push_back(volume);
+  }
+  append_skin(model, body, first_spring);
+}
+
 Result<void> Specimen::assemble() {
   MotionModel model;
   SpringNetwork& net = model.network;
@@ -50,24 +71,11 @@ Result<void> Specimen::assemble() {
     net.mass_g.push_back(masses_[i]);
     model.mobile.push_back(mobile_[i] ? 1 : 0);
   }
-  for (const FleshBody& body : bodies_) {
-    const SpringNetwork& part = body.parts.network;
-    net.rest.insert(net.rest.end(), part.rest.begin(), part.rest.end());
-    net.mass_g.insert(net.mass_g.end(), part.mass_g.begin(), part.mass_g.end());
-    for (const FleshSample& sample : body.flesh.samples) model.mobile.push_back(sample.mobile ? 1 : 0);
-    const std::size_t first_spring = net.springs.size();
-    for (Spring spring : part.springs) {
-      spring.a += body.offset, spring.b += body.offset;
-      net.springs.push_back(spring);
-      SpringMotion motion;
-      motion.viscosity = body.viscosity;
-      model.springs.push_back(motion);
-    }
-    for (VolumeElement volume : part.volumes) {
-      for (int& p : volume.p) p += body.offset;
-      net.volumes.push_back(volume);
-    }
-    append_skin(model, body, first_spring);
+  for (const TissueBody& body : bodies_) {
+    if (body.solid)
+      append_solid(model, body);
+    else
+      append_flesh(model, body);
   }
   for (const Fibre& shock : shocks_) append_fibre(model, shock);
   first_fibre_ = static_cast<int>(net.springs.size());
@@ -77,6 +85,8 @@ Result<void> Specimen::assemble() {
   model.gravity_mm_ms2 = gravity_;
   model.damping_g_ms = damping_;
   model.barriers = barriers();
+  model.grabs = lowered_grabs();
+  model.contact = contact_model();
   model.relaxation = relaxation_;
   // An edit renumbers springs: what had relaxed starts afresh.
   const auto relaxing = std::count_if(model.springs.begin(), model.springs.end(),
@@ -91,6 +101,7 @@ Result<void> Specimen::drive_muscles(double time) {
   for (Muscle& muscle : muscles_) {
     for (Fibre& fibre : muscle.fibres) {
       if (muscle.twitch) fibre.scale = muscle.twitch->scale_at(time);
+      if (implicit_) TURGOR_CHECK(implicit_->set_rest_length(spring, rest_length(fibre)));
       TURGOR_CHECK(stepper_->set_rest_length(spring++, rest_length(fibre)));
     }
   }
@@ -101,9 +112,13 @@ Result<void> Specimen::step(double time, const SimulationOptions& options, Simul
                             Context& context) {
   if (state_.position.empty()) return {};
   if (!stepper_) TURGOR_CHECK(assemble());
+  if (options.implicit) TURGOR_CHECK(prepare_implicit(context));
   TURGOR_CHECK(drive_muscles(time));
   state_.time_ms = time;
-  if (options.tolerance > 0) {
+  if (options.implicit) {
+    TURGOR_CHECK(implicit_->step(state_, options.dt, context));
+    ++report.sub_steps;
+  } else if (options.tolerance > 0) {
     StepControl control;
     control.tolerance_mm = options.tolerance;
     control.longest_ms = options.dt;
@@ -118,6 +133,21 @@ Result<void> Specimen::step(double time, const SimulationOptions& options, Simul
   }
   ++report.steps;
   return {};
+}
+
+Result<void> Specimen::prepare_implicit(Context& context) {
+  if (implicit_) return {};
+  TURGOR_TRY(implicit_, ImplicitStepper::prepare(stepper_->model(), context));
+  return {};
+}
+
+Result<EquilibriumResult> Specimen::settle(double time, const EquilibriumOptions& options, Context& context) {
+  if (state_.position.empty()) return EquilibriumResult{};
+  if (!stepper_) TURGOR_CHECK(assemble());
+  TURGOR_CHECK(prepare_implicit(context));
+  TURGOR_CHECK(drive_muscles(time));
+  state_.time_ms = time;
+  return implicit_->settle(state_, options, context);
 }
 
 void Specimen::set_position(SampleRef sample, const Vec3& position) {

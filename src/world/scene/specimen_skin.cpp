@@ -44,18 +44,18 @@ Result<void> validate(const SkinLayer& skin, int columns) {
 
 Result<void> Specimen::set_skin(const std::string& name, SkinLayer skin) {
   TURGOR_TRY(const int body, require_flesh(name));
-  FleshBody& b = bodies_[at(body)];
+  TissueBody& b = bodies_[at(body)];
   TURGOR_CHECK(validate(skin, b.flesh.columns()));
   for (Vec3& d : skin.langer) d = normalized(d);
   relaxation_ = skin.relaxation;
   b.skin = std::move(skin);
-  stepper_.reset();
+  forget_model();
   return {};
 }
 
 // Beside every spring within the layer stands one of collagen; between along and across the lines its
 // constant and its slack follow the squared cosine of the angle.
-void Specimen::append_skin(MotionModel& model, const FleshBody& body, std::size_t first_spring) const {
+void Specimen::append_skin(MotionModel& model, const TissueBody& body, std::size_t first_spring) const {
   if (!body.skin) return;
   const SkinLayer& skin = *body.skin;
   const bool relaxes = std::any_of(skin.relaxation.begin(), skin.relaxation.end(),
