@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "../tests/support/layered_slab.hpp"
+#include "machine.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"
 #include "turgor/dynamics/chain.hpp"
@@ -20,14 +21,6 @@ namespace {
 
 using namespace turgor;
 using benchmark::Counter;
-
-class Threads {
- public:
-  explicit Threads(std::int64_t count) { set_thread_count(static_cast<int>(count)); }
-  ~Threads() { set_thread_count(0); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-};
 
 /// A third of the bone points moves 6 mm down the face, the rest stays.
 PrescribedMotion third_of_the_bone(const support::Slab& slab) {
@@ -43,19 +36,7 @@ PrescribedMotion third_of_the_bone(const support::Slab& slab) {
   return motion;
 }
 
-void BM_Copy(benchmark::State& state) {
-  const Threads threads(state.range(0));
-  const std::size_t n = std::size_t{64} << 20;
-  std::vector<char> from(n, 1), to(n, 0);
-  for (auto _ : state) {
-    parallel_for(n, n / 8, [&](std::size_t begin, std::size_t end) {
-      std::memcpy(to.data() + begin, from.data() + begin, end - begin);
-    });
-    benchmark::ClobberMemory();
-  }
-  state.SetBytesProcessed(static_cast<std::int64_t>(2 * n) * state.iterations());
-}
-BENCHMARK(BM_Copy)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(bench::copy)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The paper's face with every sheet `scale` times as long and wide.
 support::Slab face(int scale) {
@@ -155,7 +136,7 @@ void label(benchmark::State& state, const support::Slab& slab) {
 
 /// From rest to a relative residual of 1e-4, everything included.
 void BM_Equilibrium(benchmark::State& state) {
-  const Threads threads(state.range(1));
+  const bench::Threads threads(state.range(1));
   const support::Slab slab = network(state.range(0));
   const PrescribedMotion motion = third_of_the_bone(slab);
   EquilibriumResult result;
@@ -177,7 +158,7 @@ BENCHMARK(BM_Equilibrium)
 
 /// Energy and forces, once.
 void BM_Forces(benchmark::State& state) {
-  const Threads threads(state.range(1));
+  const bench::Threads threads(state.range(1));
   const support::Slab slab = network(state.range(0));
   const auto energy = NetworkEnergy::prepare(slab.network);
   std::vector<Vec3> forces(slab.network.rest.size());
@@ -197,7 +178,7 @@ BENCHMARK(BM_Forces)
 
 /// Element blocks and their sum into the matrix of the free points, once.
 void BM_Stiffness(benchmark::State& state) {
-  const Threads threads(state.range(1));
+  const bench::Threads threads(state.range(1));
   const support::Slab slab = network(state.range(0));
   const auto energy = NetworkEnergy::prepare(slab.network);
   std::vector<int> unknowns(slab.network.rest.size() - static_cast<std::size_t>(slab.columns));
@@ -250,14 +231,14 @@ void run_steps(benchmark::State& state, const support::Slab& slab, Integrator in
 
 /// One Euler step of the paper's face, `scale` times as long and wide; forces, stable step and update.
 void BM_TimeStep(benchmark::State& state) {
-  const Threads threads(state.range(1));
+  const bench::Threads threads(state.range(1));
   run_steps(state, face(static_cast<int>(state.range(0))), Integrator::euler, 0.01);
 }
 BENCHMARK(BM_TimeStep)->ArgsProduct({{1, 7}, {1, 2}})->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The same with points numbered at random.
 void BM_TimeStepShuffledPoints(benchmark::State& state) {
-  const Threads threads(state.range(1));
+  const bench::Threads threads(state.range(1));
   run_steps(state, shuffled(face(static_cast<int>(state.range(0)))), Integrator::euler, 0.01);
 }
 BENCHMARK(BM_TimeStepShuffledPoints)
@@ -268,7 +249,7 @@ BENCHMARK(BM_TimeStepShuffledPoints)
 
 /// A Heun step of a network as small as the thesis's scripts (1989, chapter 6); springs are evaluated twice.
 void BM_ScriptStep(benchmark::State& state) {
-  const Threads threads(state.range(0));
+  const bench::Threads threads(state.range(0));
   support::SlabOptions options;
   options.nx = options.ny = 13;
   run_steps(state, support::make_slab(options), Integrator::heun, 0.01);
@@ -278,7 +259,7 @@ BENCHMARK(BM_ScriptStep)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond)->UseReal
 /// An Euler and a Heun step of volume elements alone, three a prism: `side`² columns. Heun needs the
 /// stiffness in one of its two evaluations.
 void BM_VolumeStep(benchmark::State& state) {
-  const Threads threads(state.range(2));
+  const bench::Threads threads(state.range(2));
   support::SlabOptions options;
   options.nx = options.ny = static_cast<int>(state.range(0));
   options.volumes = true;
