@@ -57,11 +57,14 @@ class Bytes {
 };
 
 using Names = std::vector<std::string_view>;
-const Names kObjects{"a",           "ball",      "floor", "b",     "camera",
-                     "skin.face.a", "muscles.m", "sun",   "track", "nothing"};
-const Names kSamples{"s", "t", "a:2:5", "a:0:0", "a:1:15", "b:1:1", "a:9:9", "::"};
+const Names kObjects{"a",   "ball",  "floor",           "b",      "camera", "skin.face.a", "muscles.m",
+                     "sun", "track", "skin.solid.ball", "nothing"};
+const Names kSamples{"s", "t", "ball:3", "a:2:5", "a:0:0", "a:1:15", "b:1:1", "a:9:9", "::"};
 const std::map<std::string_view, Names> kNames{
     {"flesh", {"a", "b", "nothing"}},
+    {"tissue", {"a", "ball", "b", "nothing"}},
+    {"solid", {"ball", "b", "a", "nothing"}},
+    {"grab", {"g", "h"}},
     {"muscle", {"m", "n", "m;n"}},
     {"sample", kSamples},
     {"device", {"d", "e"}},
@@ -83,6 +86,8 @@ const Names kFiles{"grid.4.4",       "grid.3.5",
 const Names kNumbers{"0",    "1",      "0.1",   "-1",   "0.5",    "2",     "10",  "0.01", "0.3",     "100",
                      "-0.0", "1e-300", "1e300", "1e9",  "-1e9",   "1e-9",  "1e6", "1e12", "-0.2",    "1000",
                      "-1e6", "3",      "4.5",   "0.05", "5e-324", "-1e12", "160", "1e5",  "1.7e308", "1e-12"};
+// A hundred cubes along an axis take longer than a script may.
+const Names kCubes{"1", "2", "3", "5", "9", "0", "-1"};
 const Names kWhole{"0", "1", "2", "3", "-1", "5", "10", "15", "100", "1000000", "2147483647", "1000000000000",
                    "40"};
 
@@ -122,7 +127,7 @@ std::string value(Bytes& bytes, const CommandDeclaration& command, const Paramet
     case ValueType::choice:
       return ' ' + bytes.one_of(parameter.choices);
     case ValueType::integer:
-      return ' ' + number(bytes, kWhole, parameter.range);
+      return ' ' + number(bytes, parameter.name == "resolution" ? kCubes : kWhole, parameter.range);
     case ValueType::number:
       return ' ' + number(bytes, kNumbers, parameter.range);
     case ValueType::box:
