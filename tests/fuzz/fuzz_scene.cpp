@@ -159,8 +159,8 @@ std::string line(Bytes& bytes) {
   for (const bool positional : {true, false}) {
     for (const Parameter& parameter : command.parameters) {
       if (parameter.positional != positional) continue;
-      const bool wanted =
-          parameter.required || (positional && bytes.below(8) != 0) || (!positional && bytes.below(4) == 0);
+      const bool wanted = parameter.required || parameter.name == "resolution" ||
+                          (positional && bytes.below(8) != 0) || (!positional && bytes.below(4) == 0);
       if (wanted) text += argument(bytes, command, parameter);
     }
   }
@@ -179,6 +179,7 @@ std::vector<std::string> script(Bytes& bytes) {
              "blot s 0 0 1",
              "blot t 0 0.2 1 -fixed",
              "shock s t"};
+    if (bytes.below(2) == 0) lines.emplace_back("voxelize ball -resolution 4 -young 2");
   }
   while (!bytes.empty() && lines.size() < 48) {
     lines.push_back(bytes.below(4) == 0 ? "simulate 3 -dt 0.05 -runge_kutta" : line(bytes));

@@ -141,7 +141,7 @@ Result<int> Specimen::scale_stiffness(const std::string& body, const Region& reg
 
 Result<int> Specimen::set_mobile(const std::string& body, const Region& region, bool mobile) {
   TURGOR_TRY(const int number, require_body(body));
-  const auto changed =
+  auto changed =
       bodies_[at(number)].solid
           ? fix_solid(bodies_[at(number)], region, mobile)
           : edit(body, [&](Flesh& flesh, const Vec3* position) {
