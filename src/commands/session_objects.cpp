@@ -70,7 +70,7 @@ Result<void> visible(SessionState& s, const Invocation& c) {
   TURGOR_TRY(const int id, s.scene.require(c.word("object")));
   const bool present = s.scene.find(id)->visible;
   s.scene.set_visible(id, c.flag("on") || (!c.flag("off") && !present));
-  return {};
+  return update_solid_objects(s.scene);  // those hidden so far have old shapes
 }
 
 Result<void> triangulate(SessionState& s, const Invocation& c) {

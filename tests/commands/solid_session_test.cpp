@@ -64,6 +64,16 @@ TEST(SolidSession, VoxelizeMakesASolidThatLooksLikeItsObject) {
   EXPECT_FALSE(scene.find("mesh.solid.bar")->visible);
 }
 
+TEST(SolidSession, AHiddenDrawingIsUpToDateOnceItIsShown) {
+  const Played run(std::string(kBar) +
+                   "fix bar -box -9 -9 19 9 9 21\ngravity -g 0.01\nsimulate 100 -dt 0.5 -verlet\n"
+                   "visible mesh.solid.bar -on\n");
+  ASSERT_TRUE(run.done) << run.error();
+  const Box3 shown = world_box(*run.session->scene().find("mesh.solid.bar"));
+  EXPECT_LT(shown.lower.z, -20.001);
+  EXPECT_EQ(shown.lower.z, measure_solids(run.tissue()).front().box.lower.z);
+}
+
 TEST(SolidSession, AHangingBarStretchesAndItsHolderCarriesItsWeight) {
   Played run(std::string(kBar) +
              "fix bar -box -9 -9 19 9 9 21\ngravity -g 0.00980665\nsettle -residual 1e-8\n");
