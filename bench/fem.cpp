@@ -3,7 +3,6 @@
 // solid takes); the benchmarks after it are of the operator alone, beside a copy of the same memory.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include <filesystem>
 
 #include "fem/voxel_operator.hpp"
+#include "inputs.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/fem/voxel_elasticity.hpp"
 #include "turgor/geometry/mesh_file.hpp"
@@ -33,23 +33,6 @@ constexpr Row kTable[] = {{30, 0.3, 0},    {30, 0.45, 0.06}, {30, 0.49, 0.24}, {
                           {50, 0.45, 0.2}, {50, 0.49, 0.8},  {75, 0.3, 0},     {75, 0.45, 0.6},
                           {75, 0.49, 2.4}, {168, 0.45, 8}};
 
-fs::path bunny() {
-  for (const fs::path& at : {fs::path("../shared/data/meshes"), fs::path("../../shared/data/meshes")}) {
-    if (fs::exists(at / "bunny.ply")) return at / "bunny.ply";
-  }
-  return {};
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double peak_mb() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
 struct Run {
   std::size_t cubes = 0;
   int iterations = 0;
@@ -57,21 +40,18 @@ struct Run {
 };
 
 SolidMesh bunny_solid(int resolution) {
-  const auto surface = read_mesh(bunny());
+  const auto surface = bench::bunny_surface();
   if (!surface) return {};
   VoxelOptions options;
   options.resolution = resolution;
-  const auto voxels = voxelise(*surface, options);
-  if (!voxels) return {};
-  auto solid = solid_of(*voxels);
-  return solid ? *std::move(solid) : SolidMesh{};
+  return bench::solid_in(*surface, options).value_or(SolidMesh{});
 }
 
 Run measure(const Row& row) {
   Run run;
   const SolidMesh solid = bunny_solid(row.resolution);
   run.cubes = solid.tetrahedra.size() / 5;
-  run.solid_mb = peak_mb();
+  run.solid_mb = bench::peak_mb();
   double lowest = 1e300;
   for (const Vec3& p : solid.points) lowest = std::min(lowest, p.y);
   std::vector<NodeSupport> supports;
@@ -87,16 +67,16 @@ Run measure(const Row& row) {
   for (int repeat = 0; repeat < (run.cubes > 200000 ? 2 : 5); ++repeat) {
     auto start = std::chrono::steady_clock::now();
     const auto fem = VoxelElasticity::prepare(solid, body, supports, {}, context);
-    run.set_up_s = std::min(run.set_up_s, seconds_since(start));
+    run.set_up_s = std::min(run.set_up_s, bench::seconds_since(start));
     start = std::chrono::steady_clock::now();
     const auto solution = fem ? fem->solve(load, context) : Result<ElasticSolution>(fem.error());
-    run.solve_s = std::min(run.solve_s, seconds_since(start));
+    run.solve_s = std::min(run.solve_s, bench::seconds_since(start));
     if (!solution) {
       std::fprintf(stderr, "%s\n", solution.error().message().c_str());
       return run;
     }
     run.iterations = solution->iterations;
-    if (repeat == 0) run.peak_mb = peak_mb();
+    if (repeat == 0) run.peak_mb = bench::peak_mb();
   }
   return run;
 }
@@ -175,7 +155,7 @@ int main(int argc, char** argv) {
                run.peak_mb);
     return 0;
   }
-  if (bunny().empty())
+  if (bench::mesh_folder().empty())
     fmt::print("no table: bunny.ply is looked for in ../shared/data/meshes, which is not there\n");
   else
     print_table(argv[0]);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "inputs.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/mesh_edit.hpp"
 #include "turgor/geometry/mesh_file.hpp"
@@ -49,12 +50,12 @@ struct Scene {
   std::vector<Vec3> moved;
 
   Scene() {
-    const auto bunny = read_mesh("../shared/data/meshes/bunny.ply");
+    const auto bunny = bench::bunny_surface();
     skin = bunny ? decimate(*bunny, 50'000) : ball();
     for (Vec3& p : skin.points) p *= bunny ? 1000 : 1;  // metres
     VoxelOptions options;
     options.resolution = bunny ? 21 : 15;
-    if (const auto voxels = voxelise(skin, options)) solid = *solid_of(*voxels);
+    solid = bench::solid_in(skin, options).value_or(SolidMesh{});
     for (const Vec3& p : solid.points) moved.push_back(twisted(p, bounds(skin)));
   }
 };

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "inputs.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/dynamics/equilibrium.hpp"
 #include "turgor/dynamics/implicit_stepper.hpp"
@@ -27,18 +28,15 @@ struct Bunny {
 
 // Upright along y, as the file has it.
 std::optional<Bunny> make_bunny(int resolution, const SolidMaterial& material) {
-  fs::path file;
-  for (const char* folder : {"../shared/data/meshes", "../../shared/data/meshes"}) {
-    if (fs::exists(fs::path(folder) / "bunny.ply")) file = fs::path(folder) / "bunny.ply";
-  }
-  auto surface = read_mesh(file);
-  if (file.empty() || !surface) return std::nullopt;
+  auto surface = bench::bunny_surface();
+  if (!surface) return std::nullopt;
   Box3 box;
   for (const Vec3& p : surface->points) box.extend(p);
   for (Vec3& p : surface->points) p = (p - box.lower) * (kTall / box.size().y);
   VoxelOptions options;
   options.resolution = resolution;
-  const auto mesh = solid_of(*voxelise(*surface, options));
+  const auto mesh = bench::solid_in(*surface, options);
+  if (!mesh) return std::nullopt;
   Bunny bunny;
   SpringNetwork& net = bunny.model.network;
   net.rest.assign(mesh->points.begin(), mesh->points.end());

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 
+#include "inputs.hpp"
 #include "machine.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"
@@ -31,20 +32,12 @@ namespace fs = std::filesystem;
 BENCHMARK(bench::copy)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 std::optional<SolidMesh> bunny(int resolution, bool border) {
-  for (const fs::path& at : {fs::path("../shared/data/meshes"), fs::path("../../shared/data/meshes")}) {
-    if (!fs::exists(at / "bunny.ply")) continue;
-    const auto surface = read_mesh(at / "bunny.ply");
-    if (!surface) return std::nullopt;
-    VoxelOptions options;
-    options.resolution = resolution;
-    options.border = border;
-    const auto voxels = voxelise(*surface, options);
-    if (!voxels) return std::nullopt;
-    auto solid = solid_of(*voxels);
-    if (!solid) return std::nullopt;
-    return *std::move(solid);
-  }
-  return std::nullopt;
+  const auto surface = bench::bunny_surface();
+  if (!surface) return std::nullopt;
+  VoxelOptions options;
+  options.resolution = resolution;
+  options.border = border;
+  return bench::solid_in(*surface, options);
 }
 
 enum Shape : std::int64_t { kLattice, kVarying, kArbitrary };

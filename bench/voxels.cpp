@@ -3,7 +3,6 @@
 // benchmarks after it repeat them. Reading the file is timed apart.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "inputs.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/mesh_file.hpp"
 #include "turgor/geometry/voxel_solid.hpp"
@@ -51,18 +51,6 @@ constexpr Row kTable[] = {
     {"dragon", "dragon_vrip_res2.ply", 165, 1453270, 6.042},
 };
 
-/// The folder of the inputs, from where benchmarks are run or where the sources lie.
-fs::path folder() {
-  for (const fs::path& at : {fs::path("../shared/data/meshes"), fs::path("../../shared/data/meshes")}) {
-    if (fs::exists(at / "bunny.ply")) return at;
-  }
-  return {};
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 struct Run {
   std::size_t tetrahedra = 0;
   double read_s = 0, first_s = 0, best_s = 0, peak_mb = 0;
@@ -85,20 +73,16 @@ Run measure(const Row& row, const fs::path& meshes) {
   auto start = std::chrono::steady_clock::now();
   const auto surface = read_mesh(meshes / row.file);
   if (!surface) return run;
-  run.read_s = seconds_since(start);
+  run.read_s = bench::seconds_since(start);
   parallel_for(64, 1, [](std::size_t, std::size_t) { ::usleep(100); });  // the threads are started
   run.best_s = 1e9;
   for (int repeat = 0; repeat < 5; ++repeat) {
     start = std::chrono::steady_clock::now();
     run.tetrahedra = mesh_once(*surface, row.resolution);
-    const double s = seconds_since(start);
+    const double s = bench::seconds_since(start);
     if (repeat == 0) run.first_s = s;
     run.best_s = std::min(run.best_s, s);
-    if (repeat == 0) {
-      rusage usage{};
-      ::getrusage(RUSAGE_SELF, &usage);
-      run.peak_mb = static_cast<double>(usage.ru_maxrss) / 1024;
-    }
+    if (repeat == 0) run.peak_mb = bench::peak_mb();
   }
   return run;
 }
@@ -128,7 +112,7 @@ void print_table(const char* program) {
 }
 
 void bunny(benchmark::State& state) {
-  const auto surface = read_mesh(folder() / "bunny.ply");
+  const auto surface = bench::bunny_surface();
   if (!surface) {
     state.SkipWithError("../shared/data/meshes is not there");
     return;
@@ -142,7 +126,7 @@ BENCHMARK(bunny)->Arg(30)->Arg(75)->Arg(135)->Arg(165)->Unit(benchmark::kMillise
 }  // namespace
 
 int main(int argc, char** argv) {
-  const fs::path meshes = folder();
+  const fs::path meshes = bench::mesh_folder();
   if (meshes.empty()) {
     fmt::print(
         "skipped: the inputs of table 1 are looked for in ../shared/data/meshes, which is not there\n");

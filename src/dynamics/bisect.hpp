@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <span>
 
-#include "turgor/math/vec.hpp"
+#include "geometry/median_split.hpp"
 
 namespace turgor::detail {
 
@@ -17,16 +17,7 @@ void bisect(std::span<int> items, const Place& place, const Fits& fits, const Em
     emit(std::span<const int>(items));
     return;
   }
-  Box3 box;
-  for (const int i : items) box.extend(place(i));
-  const Vec3 size = box.size();
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const std::size_t half = items.size() / 2;
-  std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
-                   [&](int p, int q) {
-                     const double a = place(p)[axis], b = place(q)[axis];
-                     return a != b ? a < b : p < q;
-                   });
+  const std::size_t half = split_at_median(items, place);
   bisect(items.first(half), place, fits, emit);
   bisect(items.subspan(half), place, fits, emit);
 }

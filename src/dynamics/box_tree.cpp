@@ -1,7 +1,8 @@
 #include "dynamics/box_tree.hpp"
 
-#include <algorithm>
 #include <numeric>
+
+#include "geometry/median_split.hpp"
 
 namespace turgor {
 namespace {
@@ -19,15 +20,9 @@ void BoxTree::split(std::span<const Vec3> centres, int begin, int end) {
   const std::size_t self = nodes_.size();
   nodes_.push_back({begin, end, 0});
   if (end - begin <= kLeaf) return;
-  Box3 box;
-  for (int i = begin; i < end; ++i) box.extend(centres[at(items_[at(i)])]);
-  const Vec3 size = box.size();
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const int middle = begin + (end - begin) / 2;
-  std::nth_element(items_.begin() + begin, items_.begin() + middle, items_.begin() + end, [&](int a, int b) {
-    const double xa = centres[at(a)][axis], xb = centres[at(b)][axis];
-    return xa < xb || (xa == xb && a < b);
-  });
+  const std::span items = std::span(items_).subspan(at(begin), at(end - begin));
+  const int middle =
+      begin + static_cast<int>(detail::split_at_median(items, [&](int i) { return centres[at(i)]; }));
   split(centres, begin, middle);
   nodes_[self].second = static_cast<int>(nodes_.size());
   split(centres, middle, end);

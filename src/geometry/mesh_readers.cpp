@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <limits>
 
 #include "turgor/core/file.hpp"
+#include "turgor/core/lower_case.hpp"
 #include "turgor/geometry/mesh_file.hpp"
 
 namespace turgor {
@@ -101,9 +101,7 @@ bool to_integer(std::string_view word, long long& value) {
 namespace {
 
 std::string lower_extension(const std::string& name) {
-  std::string extension = std::filesystem::path(name).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
+  return lower_case(std::filesystem::path(name).extension().string());
 }
 
 /// The first word of the file that is not in a comment, in lower case.
@@ -113,9 +111,7 @@ std::string first_word(std::string_view text) {
   while (scanner.next_line(line)) {
     const std::string_view word = detail::take_word(line);
     if (word.empty() || word[0] == '#') continue;
-    std::string lower(word.substr(0, 16));
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return lower;
+    return lower_case(word.substr(0, 16));
   }
   return {};
 }

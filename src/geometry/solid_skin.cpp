@@ -1,4 +1,5 @@
 #include "turgor/geometry/solid_skin.hpp"
+#include "turgor/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -22,10 +23,6 @@ using detail::Frame, detail::NearPoint, detail::SurfaceFrames;
 constexpr std::size_t grain = 2048;
 /// Squared: sums of unit normals below it are rounding.
 constexpr double cancelled = 1e-10;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Weight times offset in a frame, and the weight: p = Σ frame · vote.
 using Vote = std::array<float, 4>;

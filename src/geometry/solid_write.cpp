@@ -5,6 +5,7 @@
 #include <string>
 
 #include "turgor/core/file.hpp"
+#include "turgor/core/lower_case.hpp"
 #include "turgor/geometry/mesh_file.hpp"
 
 namespace turgor {
@@ -14,8 +15,7 @@ using detail::SolidView;
 using Writer = Result<void> (*)(const std::filesystem::path&, const SolidView&);
 
 Writer writer_for(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_case(path.extension().string());
   if (extension == ".node" || extension == ".ele" || extension == ".face") return detail::write_tetgen;
   if (extension == ".vtu") return detail::write_solid_vtu;
   if (extension == ".msh") return detail::write_gmsh;

@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 
 #include "geometry/mesh_readers.hpp"
 #include "geometry/welder.hpp"
+#include "turgor/core/lower_case.hpp"
 
 namespace turgor::detail {
 namespace {
@@ -51,12 +51,6 @@ Result<TriMesh> parse_binary(const MeshSource& source) {
   return finished(source, std::move(mesh));
 }
 
-std::string lower(std::string_view word) {
-  std::string result(word.substr(0, 16));
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
-}
-
 Result<TriMesh> parse_text(const MeshSource& source) {
   TriMesh mesh;
   Welder welder(mesh);
@@ -66,7 +60,7 @@ Result<TriMesh> parse_text(const MeshSource& source) {
   bool in_solid = false, in_loop = false;
   while (scanner.next_line(line)) {
     std::string_view rest = line;
-    const std::string word = lower(take_word(rest));
+    const std::string word = lower_case(take_word(rest).substr(0, 16));
     const auto fail = [&](const char* what) {
       return source.at_line(scanner.line(), fmt::format("{}: \"{:.60}\"", what, line));
     };

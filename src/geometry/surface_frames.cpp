@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor::detail {
@@ -13,10 +14,6 @@ constexpr double nothing = 1e-20;
 constexpr double cancelled = 1e-3;
 /// Squared share of an edge at right angles to the normal from which it is a tangent.
 constexpr double tangent = 0.01;
-
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 Vec3 doubled_area(std::span<const Vec3> positions, int point, const std::array<int, 2>& others) {
   const Vec3& p = positions[at(point)];

@@ -4,7 +4,9 @@
 #include <bit>
 #include <limits>
 
+#include "geometry/median_split.hpp"
 #include "geometry/triangle_math.hpp"
+#include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor::detail {
@@ -18,10 +20,6 @@ constexpr double slack = 1 - 1e-12;
 /// The corners of the face opposite to each corner.
 constexpr std::array<std::array<std::size_t, 3>, 4> faces{{{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}}};
 
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 double squared_distance(const Box3& box, const Vec3& p) {
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
@@ -29,10 +27,6 @@ double squared_distance(const Box3& box, const Vec3& p) {
     sum += off * off;
   }
   return sum;
-}
-
-int widest_axis(const Vec3& size) {
-  return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
 }
 
 /// The box of all that counts as within.

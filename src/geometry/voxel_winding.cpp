@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "geometry/median_split.hpp"
 #include "geometry/voxel_fill.hpp"
 #include "turgor/core/parallel.hpp"
 
@@ -69,14 +70,10 @@ class WindingTree {
     nodes_[me].begin = begin, nodes_[me].end = end;
     measure(nodes_[me]);
     if (end - begin <= kLeaf) return;
-    Box3 box;
-    for (int i = begin; i < end; ++i) box.extend(middle(item(i)));
-    const Vec3 size = box.size();
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const int half = begin + (end - begin) / 2;
-    std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end, [&](int a, int b) {
-      return std::pair(middle(a)[axis], a) < std::pair(middle(b)[axis], b);
-    });
+    const std::span items =
+        std::span(order_).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin));
+    const int half =
+        begin + static_cast<int>(detail::split_at_median(items, [&](int t) { return middle(t); }));
     build(begin, half);
     nodes_[me].right = static_cast<int>(nodes_.size());
     build(half, end);

@@ -12,14 +12,14 @@
 #include "geometry/mesh_readers.hpp"
 #include "geometry/vtk_cells.hpp"
 #include "turgor/core/index.hpp"
+#include "turgor/core/lower_case.hpp"
 
 namespace turgor::detail {
 namespace {
 
+/// Keywords are short.
 std::string lower(std::string_view word) {
-  std::string out(word.substr(0, 64));
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
+  return lower_case(word.substr(0, 64));
 }
 
 template <class T>

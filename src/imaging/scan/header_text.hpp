@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "imaging/scan/scalars.hpp"
+#include "turgor/core/lower_case.hpp"
 
 namespace turgor::scan_io {
 
 std::string_view trimmed(std::string_view text);
-std::string lower_case(std::string_view text);
 std::vector<std::string_view> words(std::string_view text);
 /// All words as finite numbers; nullopt if one is not.
 std::optional<std::vector<double>> numbers(std::string_view text);

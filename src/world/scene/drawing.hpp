@@ -8,6 +8,14 @@
 
 namespace turgor {
 
+/// Of the surface that a solid carries, and of that of its tetrahedra.
+inline std::string skin_drawing_of_solid(const std::string& solid) {
+  return "skin.solid." + solid;
+}
+inline std::string mesh_drawing_of_solid(const std::string& solid) {
+  return "mesh.solid." + solid;
+}
+
 /// A new shape for the object of that name; where there is none it is made, with these looks.
 inline Result<void> show_drawing(Scene& scene, const std::string& name, Polyhedron shape,
                                  const Optics& optics) {

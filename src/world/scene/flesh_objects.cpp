@@ -127,8 +127,10 @@ bool is_drawing(const Specimen& specimen, const std::string& name) {
   }
   for (std::size_t b = 1; b < specimen.bodies().size(); ++b) {
     const TissueBody& body = specimen.bodies()[b];
-    if (body.solid && (name == "skin.solid." + body.name || name == "mesh.solid." + body.name)) return true;
-    if (body.solid) continue;
+    if (body.solid) {
+      if (name == skin_drawing_of_solid(body.name) || name == mesh_drawing_of_solid(body.name)) return true;
+      continue;
+    }
     const int layers = body.flesh.layers;
     for (int layer = 0; layer < layers; ++layer) {
       if (name == drawing(layer_name(layer, layers), body.name)) return true;

@@ -13,13 +13,6 @@ namespace {
 
 constexpr Vec3f kMeshLines{0.10f, 0.10f, 0.12f};
 
-std::string skin_name(const TissueBody& body) {
-  return "skin.solid." + body.name;
-}
-std::string mesh_name(const TissueBody& body) {
-  return "mesh.solid." + body.name;
-}
-
 Polyhedron boundary(const SolidMesh& mesh, std::span<const Vec3> positions) {
   TriMesh surface{{positions.begin(), positions.end()},
                   {mesh.surface_triangles.begin(), mesh.surface_triangles.end()}};
@@ -46,9 +39,9 @@ Result<void> voxelize_object(Scene& scene, const std::string& source, const Soli
   lines.shading = Shading::faceted;
   lines.wire = kMeshLines;
   const auto& mesh = made.solid->mesh;
-  TURGOR_CHECK(show_drawing(scene, skin_name(made), to_polyhedron(made.solid->skin), looks));
-  TURGOR_CHECK(show_drawing(scene, mesh_name(made), boundary(mesh, mesh.points), lines));
-  scene.set_visible(scene.id_of(mesh_name(made)), false);
+  TURGOR_CHECK(show_drawing(scene, skin_drawing_of_solid(source), to_polyhedron(made.solid->skin), looks));
+  TURGOR_CHECK(show_drawing(scene, mesh_drawing_of_solid(source), boundary(mesh, mesh.points), lines));
+  scene.set_visible(scene.id_of(mesh_drawing_of_solid(source)), false);
   return {};
 }
 
@@ -61,8 +54,8 @@ Result<void> update_solid_objects(Scene& scene) {
       // A hidden one is brought up to date when it is shown.
       if (id >= 0 && scene.find(id)->visible) scene.set_description(id, shape());
     };
-    update(skin_name(body), [&] { return to_polyhedron(body.solid->shown(positions)); });
-    update(mesh_name(body), [&] { return boundary(body.solid->mesh, positions); });
+    update(skin_drawing_of_solid(body.name), [&] { return to_polyhedron(body.solid->shown(positions)); });
+    update(mesh_drawing_of_solid(body.name), [&] { return boundary(body.solid->mesh, positions); });
   }
   return {};
 }
