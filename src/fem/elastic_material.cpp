@@ -7,6 +7,13 @@
 
 namespace turgor {
 
+std::string_view name_of(ElasticLaw law) {
+  constexpr std::array<std::string_view, kElasticLaws.size()> names = {
+      "linear", "corotational", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin"};
+  const auto number = static_cast<std::size_t>(law);
+  return number < names.size() ? names[number] : "unknown";
+}
+
 Result<void> check(const ElasticMaterial& m) {
   const auto bad = [](std::string what, std::string remedy) {
     return Error{ErrorKind::bad_input, std::move(what), "elastic material", std::move(remedy)};
@@ -22,6 +29,10 @@ Result<void> check(const ElasticMaterial& m) {
   }
   if (!(m.density_g_mm3 >= 0) || !(m.density_g_mm3 < 1e30))
     return bad(fmt::format("the density is {:g} g/mm³", m.density_g_mm3), "It must be 0 or more");
+  if (!(m.c20_mpa >= 0) || !(m.c20_mpa < 1e30))
+    return bad(fmt::format("c20 is {:g} MPa", m.c20_mpa), "It must be 0 or more");
+  if (static_cast<std::size_t>(m.law) >= kElasticLaws.size())
+    return bad(fmt::format("there is no law {}", static_cast<int>(m.law)), "Name one of those there are");
   return {};
 }
 

@@ -79,6 +79,36 @@ Result<void> check(std::span<const NodeSupport> supports, std::size_t points) {
   return {};
 }
 
+Result<void> check(std::span<const Contact> contacts, std::size_t points) {
+  std::vector<bool> taken(points, false);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    const auto bad = [&](std::string what, std::string remedy) {
+      return bad_elasticity(std::move(what), fmt::format("contact {}", i), std::move(remedy));
+    };
+    if (!is_point(c.point, points))
+      return bad(fmt::format("there is no node {}", c.point), "Name a node of the body");
+    if (taken[at(c.point)])
+      return bad(fmt::format("node {} has two contacts", c.point), "Give a node one at most");
+    taken[at(c.point)] = true;
+    if (!(std::abs(length(c.normal) - 1) < 1e-6) || !(std::abs(c.offset_mm) < kBeyondReach))
+      return bad("the plane has no unit normal, or no offset",
+                 "Give finite numbers and a normal of length 1");
+    const auto is_stiffness = [](double k) { return k >= 0 && k < kBeyondReach; };
+    if (!is_stiffness(c.stiffness_n_mm) || !is_stiffness(c.adhesion_n_mm))
+      return bad(
+          fmt::format("the stiffness is {:g} and the adhesion {:g} N/mm", c.stiffness_n_mm, c.adhesion_n_mm),
+          "Both must be 0 or more");
+  }
+  return {};
+}
+
+ContactResponse respond(const Contact& contact, const Vec3& place_mm) {
+  const double d = dot(contact.normal, place_mm) - contact.offset_mm;
+  const double k = d > 0 ? contact.adhesion_n_mm : contact.stiffness_n_mm;
+  return {0.5 * k * d * d, contact.normal * (-k * d), k};
+}
+
 Result<void> check_displacement(std::span<const Vec3> displacement_mm, std::size_t expected) {
   if (displacement_mm.size() != expected)
     return bad_elasticity(fmt::format("{} displacements are given for {}", displacement_mm.size(), expected),

@@ -50,16 +50,16 @@ int number_pieces(const FacePairs& face_pairs, std::vector<int>& piece_of) {
   return count;
 }
 
-// How a rigid motion (shift and turn, scaled to the piece) moves a point along an axis.
-Motion row(const Piece& piece, const Vec3& point, int axis) {
+// How a rigid motion (shift and turn, scaled to the piece) moves a point along a unit vector.
+Motion row(const Piece& piece, const Vec3& point, const Vec3& along) {
   const Vec3 arm = (point - piece.box.centre()) / piece.reach();
-  Vec3 e;
-  e[axis] = 1;
-  const Vec3 turn = cross(arm, e);
+  const Vec3 turn = cross(arm, along);
   Motion m;
-  m << e.x, e.y, e.z, turn.x, turn.y, turn.z;
+  m << along.x, along.y, along.z, turn.x, turn.y, turn.z;
   return m;
 }
+
+constexpr std::array<Vec3, 3> kAxes = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
 
 bool is_held(const Freedom& holds) {
   const Eigen::SelfAdjointEigenSolver<Freedom> solver(holds, Eigen::EigenvaluesOnly);
@@ -87,15 +87,15 @@ struct Hinge {
 
 class Pieces {
  public:
-  Pieces(std::span<const Vec3> points, std::span<const std::array<int, 8>> elements,
+  Pieces(std::span<const Vec3> points, std::size_t elements, const ElementCorners& corners,
          const FacePairs& face_pairs)
       : points_(points), piece_of_node_(points.size(), -1) {
-    std::vector<int> piece_of(elements.size());
+    std::vector<int> piece_of(elements);
     pieces_.resize(at(number_pieces(face_pairs, piece_of)));
-    for (std::size_t e = 0; e < elements.size(); ++e) {
+    for (std::size_t e = 0; e < elements; ++e) {
       Piece& piece = pieces_[at(piece_of[e])];
       ++piece.elements;
-      for (const int node : elements[e]) {
+      for (const int node : corners(e)) {
         piece.box.extend(points[at(node)]);
         int& of_node = piece_of_node_[at(node)];
         if (of_node < 0) of_node = piece_of[e];
@@ -110,15 +110,12 @@ class Pieces {
                   hinges_.end());
   }
 
-  void hold(std::span<const NodeSupport> supports) {
-    for (const NodeSupport& s : supports) {
-      for (int axis = 0; axis < 3; ++axis) {
-        if (!s.held[at(axis)] || piece_of_node_[at(s.node)] < 0) continue;
-        hold(piece_of_node_[at(s.node)], s.node, axis);
-        const auto [first, last] = hinges_at(s.node);
-        for (auto h = first; h != last; ++h) hold(h->b, s.node, axis);
-      }
-    }
+  void hold(std::span<const NodeSupport> supports, std::span<const Contact> contacts) {
+    for (const NodeSupport& s : supports)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (s.held[axis]) hold_node(s.node, kAxes[axis]);
+    for (const Contact& c : contacts)
+      if (c.stiffness_n_mm > 0 || c.adhesion_n_mm > 0) hold_node(c.point, c.normal);
   }
 
   // Pieces held by themselves, then those hinged to them well enough, and so on.
@@ -133,7 +130,7 @@ class Pieces {
         const bool a = pieces_[at(hinge.a)].held, b = pieces_[at(hinge.b)].held;
         if (used[h] || a == b) continue;
         used[h] = true;
-        for (int axis = 0; axis < 3; ++axis) hold(a ? hinge.b : hinge.a, hinge.node, axis);
+        for (const Vec3& axis : kAxes) hold(a ? hinge.b : hinge.a, hinge.node, axis);
         touched.push_back(a ? hinge.b : hinge.a);
       }
       for (const int p : touched) {
@@ -158,7 +155,7 @@ class Pieces {
     for (const Hinge& hinge : hinges_) {
       const Eigen::Index a = 6 * place[at(hinge.a)], b = 6 * place[at(hinge.b)];
       if (a < 0 || b < 0 || a >= n || b >= n) continue;
-      for (int axis = 0; axis < 3; ++axis) {
+      for (const Vec3& axis : kAxes) {
         const Motion of_a = row(pieces_[at(hinge.a)], points_[at(hinge.node)], axis);
         const Motion of_b = row(pieces_[at(hinge.b)], points_[at(hinge.node)], axis);
         all.block<6, 6>(a, a) += of_a * of_a.transpose();
@@ -180,8 +177,14 @@ class Pieces {
   }
 
  private:
-  void hold(int piece, int node, int axis) {
-    const Motion m = row(pieces_[at(piece)], points_[at(node)], axis);
+  void hold_node(int node, const Vec3& along) {
+    if (piece_of_node_[at(node)] < 0) return;
+    hold(piece_of_node_[at(node)], node, along);
+    const auto [first, last] = hinges_at(node);
+    for (auto h = first; h != last; ++h) hold(h->b, node, along);
+  }
+  void hold(int piece, int node, const Vec3& along) {
+    const Motion m = row(pieces_[at(piece)], points_[at(node)], along);
     pieces_[at(piece)].holds += m * m.transpose();
   }
   [[nodiscard]] std::pair<std::vector<Hinge>::const_iterator, std::vector<Hinge>::const_iterator> hinges_at(
@@ -199,10 +202,11 @@ class Pieces {
 
 }  // namespace
 
-Result<void> check_held(std::span<const Vec3> points, std::span<const std::array<int, 8>> elements,
-                        const FacePairs& face_pairs, std::span<const NodeSupport> supports) {
-  Pieces pieces(points, elements, face_pairs);
-  pieces.hold(supports);
+Result<void> check_held(std::span<const Vec3> points, std::size_t elements, const ElementCorners& corners,
+                        const FacePairs& face_pairs, std::span<const NodeSupport> supports,
+                        std::span<const Contact> contacts) {
+  Pieces pieces(points, elements, corners, face_pairs);
+  pieces.hold(supports, contacts);
   pieces.spread();
   return pieces.check_rest();
 }

@@ -236,18 +236,48 @@ struct Units {
   }
 };
 
-// The matrix of a child with the components left out that are held.
+// Of the stiffness of a cube's corner: what coarse lattices resist with where a plane holds a node, so that
+// no coarse motion that planes leave nothing of is free.
+constexpr double kResidual = 1e-4;
+
+// With the motion along a normal left out, or resisted, of one corner.
+void put_on_plane(const NodePlane& plane, std::size_t corner, bool owner, CubeMatrix& own) {
+  const auto entry = [&](std::size_t c, std::size_t k) { return kCubeUnknowns * (8 * c + corner) + k; };
+  const auto n = [&](std::size_t c) { return static_cast<double>(plane.normal[c]); };
+  double resists = static_cast<double>(plane.stiffness);
+  if (plane.holds) {
+    resists = kResidual * own[entry(0, corner)];
+    for (const bool rows : {true, false}) {
+      for (std::size_t k = 0; k < kCubeUnknowns; ++k) {
+        const auto at_entry = [&](std::size_t c) -> double& {
+          return own[rows ? entry(c, k) : kCubeUnknowns * k + 8 * c + corner];
+        };
+        const double along = n(0) * at_entry(0) + n(1) * at_entry(1) + n(2) * at_entry(2);
+        for (std::size_t c = 0; c < 3; ++c) at_entry(c) -= along * n(c);
+      }
+    }
+  }
+  for (std::size_t a = 0; a < 3 && owner; ++a)
+    for (std::size_t b = 0; b < 3; ++b) own[entry(a, 8 * b + corner)] += resists * n(a) * n(b);
+}
+
+// The matrix of a child with the components left out that are held, and its corners on their planes.
 CubeMatrix held_matrix(const VoxelLevel& fine, const std::vector<std::uint8_t>& held, const Units& units,
                        const Family& family, const Child& child) {
   CubeMatrix own{};
   const double shear = fine.shear[child.cell], bulk = fine.bulk[child.cell];
-  const auto unknowns = unknowns_of(corners_of(fine, family, child));
+  const auto corners = corners_of(fine, family, child);
+  const auto unknowns = unknowns_of(corners);
   for (std::size_t a = 0; a < kCubeUnknowns; ++a) {
     for (std::size_t b = 0; b < kCubeUnknowns; ++b) {
       const std::size_t e = kCubeUnknowns * a + b;
       if (held[unknowns[a]] == 0 && held[unknowns[b]] == 0)
         own[e] = shear * units.shear[e] + bulk * units.bulk[e];
     }
+  }
+  for (std::size_t corner = 0; corner < 8 && !fine.plane_of.empty(); ++corner) {
+    const int p = fine.plane_of[corners[corner].value];
+    if (p >= 0) put_on_plane(fine.planes[at(p)], corner, fine.planes[at(p)].cell == child.cell, own);
   }
   return own;
 }

@@ -24,6 +24,7 @@ double largest_eigenvalue(const VoxelLevel& level) {
   parallel_for(planes, 1, [&](std::size_t k, std::size_t) {
     for (std::size_t i = level.rows.planes[k]; i < level.rows.planes[k + 1]; ++i)
       r[i] = level.scaling[i] == 0 ? 0.0F : static_cast<float>(random.uniform(i) - 0.5);
+    project(planes_in(level.planes, level.rows.planes[k], level.rows.planes[k + 1]), r.data());
   });
   const auto total = [&] {
     double sum = 0;
@@ -47,13 +48,11 @@ double largest_eigenvalue(const VoxelLevel& level) {
       for (std::size_t i = level.rows.planes[k]; i < level.rows.planes[k + 1]; ++i)
         p[i] = r[i] * level.scaling[i] + b * p[i];
     });
-    level.stiffness_operator->apply(p.data(), y.data(),
-                                    [&](std::size_t k, std::size_t begin, std::size_t end) {
-                                      double sum = 0;
-                                      for (std::size_t i = begin; i < end; ++i)
-                                        sum += static_cast<double>(p[i]) * static_cast<double>(y[i]);
-                                      parts[k] = sum;
-                                    });
+    level.apply(level.planes, p.data(), y.data(), [&](std::size_t k, std::size_t begin, std::size_t end) {
+      double sum = 0;
+      for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(p[i]) * static_cast<double>(y[i]);
+      parts[k] = sum;
+    });
     const double curvature = total();
     if (!(curvature > 0)) break;
     const double alpha = rho / curvature;
@@ -91,6 +90,18 @@ std::array<std::size_t, kCubeUnknowns> unknowns_of(const std::array<NodePlace, 8
   return out;
 }
 
+void VoxelLevel::apply(std::span<const NodePlane> on, const float* in, float* out,
+                       const PlaneDone& done) const {
+  if (on.empty()) return stiffness_operator->apply(in, out, done);
+  stiffness_operator->apply(in, out, [&](std::size_t plane, std::size_t begin, std::size_t end) {
+    for (const NodePlane& p : planes_in(on, begin, end)) {
+      const float resisted = p.holds ? -along_normal(p, out) : p.stiffness * along_normal(p, in);
+      add_along_normal(p, resisted, out);
+    }
+    done(plane, begin, end);
+  });
+}
+
 void VoxelLevel::finish(const std::vector<std::uint8_t>& held) {
   std::vector<float>& diagonal = scaling;
   diagonal.assign(rows.values(), 0.0F);
@@ -112,6 +123,13 @@ void VoxelLevel::finish(const std::vector<std::uint8_t>& held) {
     const auto u = unknowns_of(cell.corners);
     for (std::size_t a = 0; a < kCubeUnknowns; ++a)
       diagonal[u[a]] += static_cast<float>(matrix[(kCubeUnknowns + 1) * a]);
+  }
+  plane_of.assign(planes.empty() ? 0 : rows.values(), -1);
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    plane_of[planes[p].node.value] = static_cast<int>(p);
+    for (std::size_t c = 0; c < 3 && !planes[p].holds; ++c)
+      diagonal[planes[p].node.component(c)] +=
+          planes[p].stiffness * planes[p].normal[c] * planes[p].normal[c];
   }
   for (std::size_t i = 0; i < diagonal.size(); ++i) {
     const bool out = !(diagonal[i] > 0) || (!held.empty() && held[i] != 0);

@@ -14,8 +14,10 @@ constexpr std::size_t kDirectUnknowns = 900;
 // Stiffness added to the coarsest level's diagonal, relative to it: coarse functions of which little is left
 // beside what is held need not be independent.
 constexpr double kShift = 1e-12;
-// Smoothing steps of a coarse level for each of the finest.
-constexpr int kCoarseFactor = 3;
+// Smoothing steps of the first coarse level for each of the finest, of each one below for each of the one
+// above, and at most. Coarse cells that the boundary cuts are stiffer than what they stand for, and the more
+// levels there are the more that adds up; coarse work costs little, an eighth from level to level.
+constexpr int kFirstFactor = 3, kFactor = 2, kMostSteps = 200;
 
 std::size_t active_values(const VoxelLevel& level) {
   return level.scaling.size() -
@@ -88,6 +90,16 @@ bool VoxelMultigrid::factor_coarsest() {
     const double* matrix = level.dense.matrix(cell.matrix);
     add(cell.corners, [&](std::size_t e) { return matrix[e]; });
   }
+  for (const NodePlane& p : level.planes) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        const int row = number[p.node.component(a)], column = number[p.node.component(b)];
+        if (row >= column && column >= 0)
+          entries.emplace_back(
+              row, column, static_cast<double>(p.stiffness) * static_cast<double>(p.normal[a] * p.normal[b]));
+      }
+    }
+  }
   const auto n = static_cast<Eigen::Index>(coarsest_->values.size());
   if (n == 0) return true;
   Eigen::SparseMatrix<double> matrix(n, n);
@@ -102,6 +114,7 @@ VoxelMultigrid::Work::Work(const VoxelMultigrid& multigrid) {
     levels_.push_back(
         {std::vector<float>(n), std::vector<float>(n), std::vector<float>(n), std::vector<float>(n)});
   }
+  planes_ = multigrid.levels_.front()->planes;
 }
 
 namespace {
@@ -119,18 +132,26 @@ void advance(float keep, float add, std::size_t count, const float* __restrict i
 
 }  // namespace
 
+int VoxelMultigrid::steps_of(std::size_t number) const {
+  int steps = smoothing_steps_;
+  for (std::size_t n = 0; n < number && steps < kMostSteps; ++n) steps *= n == 0 ? kFirstFactor : kFactor;
+  return number == 0 ? steps : std::min(steps, kMostSteps);
+}
+
 // Chebyshev polynomials of the fourth kind (Lottes 2023, "Optimal polynomial smoothers for multigrid
 // V-cycles", algorithm 3). From zero: result = p(K) residual, and the residual is that of it, zero where
 // held. Otherwise `step` is what has just been added to the result; the residual is left as it was before the
 // last step.
-void VoxelMultigrid::smooth(const VoxelLevel& level, Work::Vectors& v, bool from_zero) const {
+void VoxelMultigrid::smooth(std::size_t number, std::span<const NodePlane> on, Work::Vectors& v,
+                            bool from_zero) const {
+  const VoxelLevel& level = *levels_[number];
   float *residual = v.residual.data(), *result = v.result.data(), *step = v.step.data();
   float* image = v.image.data();
   const float* scaling = level.scaling.data();
   const double largest = level.largest_eigenvalue;
   const auto first = static_cast<float>(4 / (3 * largest));
   const auto advance_all = [&](float keep, float add) {
-    level.stiffness_operator->apply(step, image, [=](std::size_t, std::size_t begin, std::size_t end) {
+    level.apply(on, step, image, [=](std::size_t, std::size_t begin, std::size_t end) {
       advance(keep, add, end - begin, image + begin, scaling + begin, residual + begin, step + begin,
               result + begin);
     });
@@ -144,14 +165,13 @@ void VoxelMultigrid::smooth(const VoxelLevel& level, Work::Vectors& v, bool from
   } else {
     advance_all(0, first);
   }
-  // Coarse cells that the boundary cuts are stiffer than what they stand for; coarse work costs little.
-  const int steps = &level == levels_.front().get() ? smoothing_steps_ : kCoarseFactor * smoothing_steps_;
+  const int steps = steps_of(number);
   for (int n = 1; n < steps; ++n) {
     advance_all(static_cast<float>((2.0 * n - 1) / (2.0 * n + 3)),
                 static_cast<float>((8.0 * n + 4) / ((2.0 * n + 3) * largest)));
   }
   if (!from_zero) return;
-  level.stiffness_operator->apply(step, image, [=](std::size_t, std::size_t begin, std::size_t end) {
+  level.apply(on, step, image, [=](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) residual[i] = scaling[i] != 0 ? residual[i] - image[i] : 0.0F;
   });
 }
@@ -169,17 +189,19 @@ void VoxelMultigrid::cycle(Work& work, std::size_t number) const {
       v.result[coarsest_->values[static_cast<std::size_t>(i)]] = static_cast<float>(b[i]);
     return;
   }
-  smooth(level, v, true);
+  const std::span<const NodePlane> on = number == 0 ? work.planes_ : std::span<const NodePlane>{};
+  smooth(number, on, v, true);
   Work::Vectors& below = work.levels_[number + 1];
   restrict_values(level, v.residual.data(), *levels_[number + 1], below.residual.data());
   cycle(work, number + 1);
   prolong_values(*levels_[number + 1], below.result.data(), level, v.step.data());
   const std::vector<std::size_t>& planes = level.rows.planes;
+  project(on, v.step.data());
   parallel_for(planes.size() - 1, static_cast<std::size_t>(level.rows.slab),
                [&](std::size_t begin, std::size_t end) {
                  for (std::size_t i = planes[begin]; i < planes[end]; ++i) v.result[i] += v.step[i];
                });
-  smooth(level, v, false);
+  smooth(number, on, v, false);
 }
 
 }  // namespace turgor::detail

@@ -27,6 +27,9 @@ class VoxelMultigrid {
     /// Of the finest level: to be set before a cycle, destroyed by it; and what comes of it.
     [[nodiscard]] std::vector<float>& residual() { return levels_.front().residual; }
     [[nodiscard]] const std::vector<float>& result() const { return levels_.front().result; }
+    /// Of the finest level's nodes, by rising value; at first those that the cycle was built with. Few may
+    /// differ from them.
+    [[nodiscard]] std::vector<NodePlane>& planes() { return planes_; }
 
    private:
     friend class VoxelMultigrid;
@@ -34,7 +37,10 @@ class VoxelMultigrid {
       std::vector<float> residual, result, step, image;
     };
     std::vector<Vectors> levels_;
+    std::vector<NodePlane> planes_;
   };
+  /// Of what planes hold neither residual nor result has anything, unless there is one level alone, which is
+  /// solved as it is.
   void cycle(Work& work) const { cycle(work, 0); }
   [[nodiscard]] const VoxelLevel& level(std::size_t number) const { return *levels_[number]; }
   [[nodiscard]] std::size_t level_count() const { return levels_.size(); }
@@ -43,7 +49,8 @@ class VoxelMultigrid {
   struct Coarsest;
   VoxelMultigrid();
   void cycle(Work& work, std::size_t number) const;
-  void smooth(const VoxelLevel& level, Work::Vectors& v, bool from_zero) const;
+  [[nodiscard]] int steps_of(std::size_t number) const;
+  void smooth(std::size_t number, std::span<const NodePlane> planes, Work::Vectors& v, bool from_zero) const;
   bool factor_coarsest();
 
   std::vector<std::unique_ptr<VoxelLevel>> levels_;

@@ -225,33 +225,8 @@ void VoxelOperator<T>::dense_cell(const DenseCell& cell, const T* in, T* out) co
 }
 
 template <class T>
-void VoxelOperator<T>::slab(int number, const T* in, T* out, const PlaneDone& done) const {
-  const bool odd = number % 2 != 0;
-  const int layers = rows_->cells[2], first = number * rows_->slab,
-            last = std::min(layers, first + rows_->slab);
-  const auto begin = [&](int plane) { return rows_->planes[static_cast<std::size_t>(plane)]; };
-  const auto clear = [&](int plane) { std::fill(out + begin(plane), out + begin(plane + 1), T(0)); };
-  const auto finish = [&](int plane) {
-    done(static_cast<std::size_t>(plane), begin(plane), begin(plane + 1));
-  };
-  if (!odd) clear(first);
-  for (int k = first; k < last; ++k) {
-    const bool shared_above = odd && k + 1 == last && last < layers;
-    if (!shared_above) clear(k + 1);
-    layer(k, in, out);
-    if (k > first || odd || first == 0) finish(k);
-  }
-  if (odd || last == layers) finish(last);
-}
-
-template <class T>
 void VoxelOperator<T>::apply(const T* in, T* out, const PlaneDone& done) const {
-  const int slabs = (rows_->cells[2] + rows_->slab - 1) / rows_->slab;
-  for (int odd = 0; odd < 2; ++odd) {
-    const auto count = static_cast<std::size_t>((slabs + 1 - odd) / 2);
-    parallel_for(count, 1,
-                 [&](std::size_t s, std::size_t) { slab(2 * static_cast<int>(s) + odd, in, out, done); });
-  }
+  in_slabs(*rows_, out, done, [&](int k) { layer(k, in, out); });
 }
 
 template class VoxelOperator<float>;

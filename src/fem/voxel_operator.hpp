@@ -6,12 +6,14 @@
 // of even number and then the odd ones, so that no two add to one plane and the sums have one order.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "fem/cube_element.hpp"
 #include "fem/voxel_rows.hpp"
+#include "turgor/core/parallel.hpp"
 #include "turgor/geometry/bulk_array.hpp"
 
 namespace turgor::detail {
@@ -39,6 +41,31 @@ struct DenseCells {
 /// multiplied there.
 using PlaneDone = std::function<void(std::size_t plane, std::size_t begin, std::size_t end)>;
 
+/// Clears `out` and adds to it layer by layer of cells: layer(k) adds to the planes k and k + 1.
+template <class T, class Layer>
+void in_slabs(const VoxelRows& rows, T* out, const PlaneDone& done, Layer&& layer) {
+  const int layers = rows.cells[2], slabs = (layers + rows.slab - 1) / rows.slab;
+  const auto begin = [&](int plane) { return rows.planes[static_cast<std::size_t>(plane)]; };
+  const auto clear = [&](int plane) { std::fill(out + begin(plane), out + begin(plane + 1), T(0)); };
+  const auto finish = [&](int plane) {
+    done(static_cast<std::size_t>(plane), begin(plane), begin(plane + 1));
+  };
+  for (const bool odd : {false, true}) {
+    parallel_for(static_cast<std::size_t>((slabs + (odd ? 0 : 1)) / 2), 1, [&](std::size_t s, std::size_t) {
+      const int first = (2 * static_cast<int>(s) + (odd ? 1 : 0)) * rows.slab,
+                last = std::min(layers, first + rows.slab);
+      if (!odd) clear(first);
+      for (int k = first; k < last; ++k) {
+        const bool shared_above = odd && k + 1 == last && last < layers;
+        if (!shared_above) clear(k + 1);
+        layer(k);
+        if (k > first || odd || first == 0) finish(k);
+      }
+      if (odd || last == layers) finish(last);
+    });
+  }
+}
+
 template <class T>
 class VoxelOperator {
  public:
@@ -50,7 +77,6 @@ class VoxelOperator {
   void apply(const T* in, T* out, const PlaneDone& done) const;
 
  private:
-  void slab(int number, const T* in, T* out, const PlaneDone& done) const;
   void layer(int k, const T* in, T* out) const;
   void dense_cell(const DenseCell& cell, const T* in, T* out) const;
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "turgor/core/random.hpp"
-#include "turgor/fem/hexahedral_elasticity.hpp"
+#include "turgor/fem/mesh_elasticity.hpp"
 #include "turgor/fem/voxel_elasticity.hpp"
 #include "turgor/geometry/voxel_solid.hpp"
 
@@ -44,8 +44,20 @@ inline SolidMesh irregular_body(double spacing = 0.5) {
   });
 }
 
-inline HexahedralMesh hexahedra_of(const SolidMesh& solid) {
-  return {std::vector<Vec3>(solid.points.begin(), solid.points.end()), hexahedra(solid)};
+inline ElementMesh hexahedra_of(const SolidMesh& solid) {
+  return {std::vector<Vec3>(solid.points.begin(), solid.points.end()), hexahedra(solid), {}, {}};
+}
+
+/// Solved directly, or fails the test.
+inline ElasticSolution solved(const ElementMesh& mesh, const ElasticBody& body,
+                              const ElasticSupports& supports, const ElasticLoad& load,
+                              const MeshElasticityOptions& options = {}) {
+  Context context;
+  auto solution = solve_mesh(mesh, body, supports, load, options, context);
+  EXPECT_TRUE(solution) << solution.error().message();
+  if (!solution) return {};
+  EXPECT_TRUE(solution->converged) << (context.notices().empty() ? "" : context.notices()[0].text);
+  return *std::move(solution);
 }
 
 inline std::vector<NodeSupport> supports_where(const SolidMesh& solid,
@@ -83,7 +95,7 @@ inline ElasticSolution solved(const SolidMesh& solid, const ElasticBody& body,
   Context context;
   VoxelElasticityOptions options;
   options.relative_residual = relative_residual;
-  const auto fem = VoxelElasticity::prepare(solid, body, supports, options, context);
+  const auto fem = VoxelElasticity::prepare(solid, body, {supports, {}}, options, context);
   EXPECT_TRUE(fem) << fem.error().message();
   if (!fem) return {};
   auto solution = fem->solve(load, context);

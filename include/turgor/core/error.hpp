@@ -9,11 +9,12 @@
 namespace turgor {
 
 enum class ErrorKind {
-  bad_input,    ///< a file, scan, mesh or number that cannot be used; exit code 2
-  bad_command,  ///< a command line or script that cannot be understood; exit code 2
-  cancelled,    ///< the user stopped the work; exit code 130
-  system,       ///< disk full, permission, out of memory; exit code 2
-  internal,     ///< a broken invariant of ours; exit code 70
+  bad_input,      ///< a file, scan, mesh or number that cannot be used; exit code 2
+  bad_command,    ///< a command line or script that cannot be understood; exit code 2
+  not_converged,  ///< a body that does not come to rest; exit code 2
+  cancelled,      ///< the user stopped the work; exit code 130
+  system,         ///< disk full, permission, out of memory; exit code 2
+  internal,       ///< a broken invariant of ours; exit code 70
 };
 
 /// One clear sentence each. `what` says what is wrong, `where` names the file (and line, column, slice …),
