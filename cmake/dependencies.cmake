@@ -10,6 +10,13 @@ find_package(LibArchive REQUIRED)
 find_package(pugixml REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(nanoflann REQUIRED)
+find_package(pagmo REQUIRED)
+
+# Calibrations on several machines; without it one process does all.
+option(TURGOR_MPI "Share a calibration's samples among processes by MPI, where MPI is found" ON)
+if(TURGOR_MPI)
+  find_package(MPI COMPONENTS C)
+endif()
 
 # JPEG 2000 in DICOM.
 add_library(turgor_openjpeg INTERFACE)
