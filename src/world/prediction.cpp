@@ -7,6 +7,7 @@
 #include "turgor/core/index.hpp"
 #include "turgor/geometry/embedding.hpp"
 #include "world/bone_contact.hpp"
+#include "world/face_solve.hpp"
 #include "world/skin_check.hpp"
 #include "world/tissue_motion.hpp"
 #include "world/tissue_solve.hpp"
@@ -31,9 +32,9 @@ class SkinCarrier {
     embedding_.emplace(coarse, fine, reach_mm, fade_mm);
   }
   [[nodiscard]] std::vector<Vec3> carry(const LayeredTissue& tissue,
-                                        const std::vector<Vec3>& tissue_points) const {
-    std::vector<Vec3> shift(at(tissue.columns()));
-    for (std::size_t c = 0; c < shift.size(); ++c) shift[c] = tissue_points[c] - tissue.points[c];
+                                        const std::vector<Vec3>& surface_points) const {
+    std::vector<Vec3> shift(surface_points);
+    for (std::size_t c = 0; c < shift.size(); ++c) shift[c] -= tissue.surface.points[c];
     std::vector<Vec3> carried = embedding_->displacements(shift);
     // What lies near the region but beyond its rim, such as the lobe of an ear, stays.
     for (std::size_t i = 0; i < carried.size(); ++i) {
@@ -49,7 +50,7 @@ class SkinCarrier {
 
 void move_skin(const PatientCase& patient, Prediction& prediction) {
   const SkinCarrier carrier(patient, patient.skin().points, patient.skin_lip_side());
-  const std::vector<Vec3> shift = carrier.carry(patient.tissue(), prediction.tissue_points);
+  const std::vector<Vec3> shift = carrier.carry(patient.tissue(), prediction.surface_points);
   prediction.skin = patient.skin();
   prediction.displacement_mm.resize(shift.size());
   for (std::size_t i = 0; i < shift.size(); ++i) {
@@ -76,7 +77,7 @@ void move_landmarks(const PatientCase& patient, Prediction& prediction) {
     }
   }
   const SkinCarrier carrier(patient, places, std::vector<int>(places.size(), 0));
-  const std::vector<Vec3> shift = carrier.carry(patient.tissue(), prediction.tissue_points);
+  const std::vector<Vec3> shift = carrier.carry(patient.tissue(), prediction.surface_points);
   for (std::size_t i = 0; i < soft.size(); ++i) {
     prediction.landmarks.push_back({soft[i], places[i], places[i] + shift[i]});
   }
@@ -102,26 +103,40 @@ void measure_ratios(Prediction& prediction) {
   }
 }
 
+// The layered tissue, by the chain or the network.
+Result<void> solve_layers(const PatientCase& patient, Solver solver, const SolverOptions& options,
+                          Prediction& prediction, Context& context) {
+  TURGOR_TRY(const TissueMotion motion, tissue_motion(patient));
+  const BoneContact bone(patient);
+  if (solver == Solver::chain) {
+    TURGOR_CHECK(solve_chain(patient, options.chain, motion, bone, prediction));
+  } else {
+    TURGOR_CHECK(solve_network(patient, options, motion, bone, prediction, context));
+  }
+  const auto& points = prediction.tissue_points;
+  prediction.points = static_cast<int>(points.size());
+  prediction.surface_points.assign(points.begin(), points.begin() + patient.tissue().columns());
+  prediction.inverted = count_inverted(patient.tissue(), points);
+  return {};
+}
+
 }  // namespace
 
 std::string_view name_of(Solver solver) {
-  return solver == Solver::chain ? "chain" : "network";
+  constexpr std::array<std::string_view, kSolvers.size()> names{"chain", "network", "solid", "fem"};
+  return names[static_cast<std::size_t>(solver)];
 }
 
 Result<Prediction> predict(const PatientCase& patient, Solver solver, const SolverOptions& options,
                            Context& context) {
   const Stage stage(context, "predict " + std::string(name_of(solver)));
-  TURGOR_TRY(const TissueMotion motion, tissue_motion(patient));
-  const BoneContact bone(patient);
   Prediction prediction;
   prediction.solver = solver;
-  if (solver == Solver::chain) {
-    TURGOR_CHECK(solve_chain(patient, options.chain, motion, bone, prediction));
+  if (solver == Solver::chain || solver == Solver::network) {
+    TURGOR_CHECK(solve_layers(patient, solver, options, prediction, context));
   } else {
-    TURGOR_CHECK(solve_network(patient, options.equilibrium, motion, bone, prediction, context));
+    TURGOR_CHECK(solve_cubes(patient, solver, options.cubes, options.equilibrium, prediction, context));
   }
-  prediction.points = static_cast<int>(prediction.tissue_points.size());
-  prediction.inverted_prisms = count_inverted(patient.tissue(), prediction.tissue_points);
   move_skin(patient, prediction);
   move_landmarks(patient, prediction);
   measure_ratios(prediction);
@@ -129,11 +144,41 @@ Result<Prediction> predict(const PatientCase& patient, Solver solver, const Solv
   return prediction;
 }
 
-SkinDistance compare(const Prediction& a, const Prediction& b, double below_z) {
+std::vector<std::pair<std::string, std::vector<bool>>> skin_parts(const PatientCase& patient) {
+  return parts_of_face(patient, patient.skin().points);
+}
+
+std::vector<std::pair<std::string, std::vector<bool>>> parts_of_face(const PatientCase& patient,
+                                                                     const std::vector<Vec3>& points) {
+  const auto where = [&](auto&& inside) {
+    std::vector<bool> out;
+    out.reserve(points.size());
+    for (const Vec3& p : points) out.push_back(patient.tissue().region.contains(p) && inside(p));
+    return out;
+  };
+  std::vector<std::pair<std::string, std::vector<bool>>> parts;
+  const auto nose = patient.landmarks().find("subnasale"), chin = patient.landmarks().find("soft_menton");
+  if (nose != patient.landmarks().end()) {
+    // To the neck, the length of which would flatter the means.
+    constexpr double below_chin_mm = 5;
+    const double top = nose->second.point.z;
+    const double bottom = chin != patient.landmarks().end() ? chin->second.point.z - below_chin_mm : -1e30;
+    parts.emplace_back(kLowerThird, where([&](const Vec3& p) { return p.z < top && p.z > bottom; }));
+  }
+  if (const auto& slit = patient.tissue().slit) {
+    constexpr double lip_mm = 12;
+    parts.emplace_back("lips", where([&](const Vec3& p) {
+                         return slit->covers(p) && std::abs(slit->plane.signed_distance(p)) < lip_mm;
+                       }));
+  }
+  return parts;
+}
+
+SkinDistance compare(const Prediction& a, const Prediction& b, const std::vector<bool>& within) {
   std::vector<double> distances;
   for (std::size_t i = 0; i < a.skin.points.size(); ++i) {
     const bool still = a.displacement_mm[i] < 0.1f && b.displacement_mm[i] < 0.1f;
-    if (still || a.skin.points[i].z > below_z) continue;
+    if (still || (!within.empty() && !within[i])) continue;
     distances.push_back(distance(a.skin.points[i], b.skin.points[i]));
   }
   SkinDistance out;

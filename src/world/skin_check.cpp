@@ -16,7 +16,8 @@ double stretch(const LayeredTissue& tissue, const std::vector<Vec3>& points, Vec
   for (const Index3& t : tissue.surface.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t a = at(t[i]), b = at(t[(i + 1) % 3]);
-      const double ratio = distance(points[a], points[b]) / distance(tissue.points[a], tissue.points[b]);
+      const double ratio =
+          distance(points[a], points[b]) / distance(tissue.surface.points[a], tissue.surface.points[b]);
       if (ratio <= greatest) continue;
       greatest = ratio;
       *where = points[a];
@@ -34,7 +35,7 @@ Result<void> check_skin(const PatientCase& patient, Prediction& prediction, Cont
   constexpr double bearable_stretch = 3.0, bearable_mm = 8.0, tolerance_mm = 0.5, reach_mm = 30.0;
   const std::string remedy = "Move the bones less, or check the direction of the move";
   Vec3 torn{};
-  prediction.largest_stretch = stretch(patient.tissue(), prediction.tissue_points, &torn);
+  prediction.largest_stretch = stretch(patient.tissue(), prediction.surface_points, &torn);
   const SurfaceQuery skin(prediction.skin);
   const std::vector<Vec3> normals = point_normals(prediction.skin);
   const double scan_end = patient.head().scan_box.lower.z + 4;

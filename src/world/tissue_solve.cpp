@@ -93,47 +93,62 @@ Result<void> solve_chain(const PatientCase& patient, const ChainParameters& para
   return {};
 }
 
-// The planes of the bone are those at the places where the last round left the tissue, until it no longer
-// enters bone.
-Result<void> solve_network(const PatientCase& patient, const EquilibriumOptions& options,
-                           const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction,
-                           Context& context) {
-  constexpr int max_rounds = 6;
-  constexpr double bearable_mm = 0.3, rough_residual = 1e-2;
-  bool settled = false;
-  const auto start = std::chrono::steady_clock::now();
-  const LayeredTissue& layers = patient.tissue();
-  TURGOR_TRY(SpringNetwork network, make_network(layers, patient.options().material));
-  prediction.setup_seconds = seconds_since(start);
-  const auto begin = std::chrono::steady_clock::now();
-  // The first planes are those at the places on moved bone that inner ends lay on or that have entered their
-  // columns.
-  std::vector<Vec3> points = layers.points;
+// The first planes are those at the places on moved bone that inner ends lay on or that have entered their
+// columns.
+std::vector<Vec3> first_places(const PatientCase& patient, const TissueMotion& tissue,
+                               const BoneContact& bone) {
+  std::vector<Vec3> points = patient.tissue().points;
   for (const int c : tissue.free_columns) {
-    Vec3& end = points[at(layers.inner_end(c))];
+    Vec3& end = points[at(patient.tissue().inner_end(c))];
     const int segment = patient.segment_of_column(c);
     end = segment >= 0 ? patient.bones().segments()[at(segment)].motion.point(end)
                        : bone.pushed(c).value_or(end);
   }
-  EquilibriumResult& result = prediction.equilibrium;
+  return points;
+}
+
+Result<EquilibriumResult> settle_network(const PatientCase& patient, const EquilibriumOptions& options,
+                                         const TissueMotion& tissue, const BoneContact& bone,
+                                         SpringNetwork& network, const std::vector<Vec3>* start,
+                                         double* deepest_mm, Context& context) {
+  constexpr int max_rounds = 6;
+  constexpr double bearable_mm = 0.3, rough_residual = 1e-2;
+  bool settled = false;
+  const LayeredTissue& layers = patient.tissue();
+  std::vector<Vec3> points = start != nullptr ? *start : first_places(patient, tissue, bone);
+  EquilibriumResult result;
   for (int round = 0; round < max_rounds; ++round) {
     network.contacts = contacts_of(tissue, bone, layers, points);
     const int steps = result.newton_steps, iterations = result.linear_iterations;
     EquilibriumOptions now = options;
     if (round + 1 < max_rounds && !settled)
       now.relative_residual = std::max(options.relative_residual, rough_residual);
-    TURGOR_TRY(result,
-               solve_equilibrium(network, tissue.motion, now, context, round > 0 ? &points : nullptr));
+    const bool known = round > 0 || start != nullptr;
+    TURGOR_TRY(result, solve_equilibrium(network, tissue.motion, now, context, known ? &points : nullptr));
     result.newton_steps += steps, result.linear_iterations += iterations;
     TURGOR_CHECK(check_usable(result));
-    points = std::move(result.positions);
+    points = result.positions;
     const std::vector<double> depths = depths_in_bone(tissue, bone, layers, points);
-    if (!depths.empty()) prediction.deepest_contact_mm = depths.back();
+    if (!depths.empty() && deepest_mm != nullptr) *deepest_mm = depths.back();
     if (settled) break;
     settled = depths.empty() || depths[depths.size() * 99 / 100] < bearable_mm;
   }
+  return result;
+}
+
+Result<void> solve_network(const PatientCase& patient, const SolverOptions& options,
+                           const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction,
+                           Context& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const LayeredTissue& layers = patient.tissue();
+  TURGOR_TRY(SpringNetwork network, make_network(layers, patient.options().material));
+  TURGOR_CHECK(scale_layers(layers, options.factors, network));
+  prediction.setup_seconds = seconds_since(start);
+  const auto begin = std::chrono::steady_clock::now();
+  TURGOR_TRY(prediction.equilibrium, settle_network(patient, options.equilibrium, tissue, bone, network,
+                                                    nullptr, &prediction.deepest_contact_mm, context));
   prediction.solve_seconds = seconds_since(begin);
-  prediction.tissue_points = std::move(points);
+  prediction.tissue_points = std::exchange(prediction.equilibrium.positions, {});
   prediction.springs = static_cast<int>(network.springs.size());
   prediction.volumes = static_cast<int>(network.volumes.size());
   return {};

@@ -12,8 +12,16 @@ namespace turgor {
 /// equilibrium.
 Result<void> solve_chain(const PatientCase& patient, const ChainParameters& parameters,
                          const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction);
-Result<void> solve_network(const PatientCase& patient, const EquilibriumOptions& options,
+Result<void> solve_network(const PatientCase& patient, const SolverOptions& options,
                            const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction,
                            Context& context);
+
+/// Solves, and lays the planes of the bone anew at the places where the last round left free inner ends,
+/// until they no longer enter it; the last planes stay in the network. `start`: tissue points to begin from;
+/// null: those that the plan suggests. `deepest_mm`: how far ends still reach into bone; may be null.
+Result<EquilibriumResult> settle_network(const PatientCase& patient, const EquilibriumOptions& options,
+                                         const TissueMotion& tissue, const BoneContact& bone,
+                                         SpringNetwork& network, const std::vector<Vec3>* start,
+                                         double* deepest_mm, Context& context);
 
 }  // namespace turgor

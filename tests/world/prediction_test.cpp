@@ -1,67 +1,15 @@
 #include "turgor/world/prediction.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-
+#include "phantom_patient.hpp"
 #include "support/example_scan.hpp"
-#include "turgor/anatomy/phantom.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/surgery/operations.hpp"
 #include "turgor/world/reference_bands.hpp"
 
 namespace turgor {
 namespace {
-
-// The scan of a phantom as a file, for as long as the tests run.
-class PhantomFile {
- public:
-  PhantomFile()
-      : path_(std::filesystem::temp_directory_path() /
-              ("turgor_world_" + std::to_string(::getpid()) + ".nrrd")) {
-    PhantomParameters parameters;
-    parameters.voxel_mm = parameters.slice_mm = 1.2;
-    Context context;
-    const auto phantom = Phantom::create(parameters);
-    const auto scan = phantom->scan(context);
-    if (const auto written = write_nrrd(path_, *scan); !written) ADD_FAILURE() << written.error().message();
-  }
-  ~PhantomFile() { std::filesystem::remove(path_); }
-  PhantomFile(const PhantomFile&) = delete;
-  PhantomFile& operator=(const PhantomFile&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-PatientCase phantom_case(const CaseOptions& options) {
-  static const PhantomFile file;
-  Context context;
-  auto opened = PatientCase::open(file.path(), options, context);
-  if (!opened) {
-    ADD_FAILURE() << opened.error().message();
-    std::abort();
-  }
-  return *std::move(opened);
-}
-
-const PatientCase& phantom_case() {
-  static const PatientCase patient = phantom_case(CaseOptions{});
-  return patient;
-}
-
-Patient patient_of(const PatientCase& c) {
-  return {c.head(), c.landmarks()};
-}
-
-PatientCase with_setback(double mm) {
-  PatientCase patient = phantom_case();
-  const auto done = sagittal_split(patient.bones(), patient_of(phantom_case()), -mm);
-  EXPECT_TRUE(static_cast<bool>(done)) << done.error().message();
-  return patient;
-}
 
 Prediction predicted_setback(const ContactOptions& contact) {
   CaseOptions options;
@@ -74,21 +22,13 @@ Prediction predicted_setback(const ContactOptions& contact) {
   return *std::move(p);
 }
 
-const LandmarkShift& shift_of(const Prediction& p, std::string_view name) {
-  for (const LandmarkShift& l : p.landmarks) {
-    if (l.name == name) return l;
-  }
-  ADD_FAILURE() << "no landmark " << name;
-  return p.landmarks.front();
-}
-
 TEST(Predict, ASetbackOnThePhantomTakesTheSoftChinAlong) {
   const PatientCase patient = with_setback(6);
   Context context;
   const auto p = predict(patient, Solver::network, {}, context);
   ASSERT_TRUE(static_cast<bool>(p)) << p.error().message();
   EXPECT_TRUE(p->equilibrium.converged);
-  EXPECT_LT(p->inverted_prisms, patient.tissue().prisms() / 500);
+  EXPECT_LT(p->inverted, patient.tissue().prisms() / 500);
   EXPECT_LT(p->deepest_contact_mm, 1.5);
   bool judged = false;
   for (const BandResult& b : judge(patient, *p)) {
@@ -126,7 +66,7 @@ TEST(Predict, MouthOpeningPartsTheLips) {
   const double before = distance(upper.before, lower.before), after = distance(upper.after, lower.after);
   EXPECT_GT(after, before + 8);
   EXPECT_LT(length(upper.after - upper.before), 0.5 * length(lower.after - lower.before));
-  EXPECT_LT(p->inverted_prisms, patient.tissue().prisms() / 50);
+  EXPECT_LT(p->inverted, patient.tissue().prisms() / 50);
 }
 
 TEST(Predict, MucosaSlidesOverTheTeethButDoesNotLeaveThem) {
@@ -158,7 +98,7 @@ TEST(Predict, UnderminedTissueFollowsNeitherBone) {
   const auto inverted = [](double undermining_mm) {
     ContactOptions contact;
     contact.undermining_mm = undermining_mm;
-    return predicted_setback(contact).inverted_prisms;
+    return predicted_setback(contact).inverted;
   };
   EXPECT_LT(inverted(10), inverted(0)) << "held on both sides of the cut, prisms fold";
 }
@@ -229,7 +169,7 @@ TEST(Predict, TheRealScansMidfaceComesForward) {
   ASSERT_TRUE(static_cast<bool>(cut)) << cut.error().message();
   const auto p = predict(*patient, Solver::network, {}, context);
   ASSERT_TRUE(static_cast<bool>(p)) << p.error().message();
-  EXPECT_LT(p->inverted_prisms, patient->tissue().prisms() / 500);
+  EXPECT_LT(p->inverted, patient->tissue().prisms() / 500);
   const LandmarkShift& base = shift_of(*p, "subnasale");
   EXPECT_LT(base.after.y, base.before.y - 1.0);
   EXPECT_LT(length(shift_of(*p, "soft_nasion").after - shift_of(*p, "soft_nasion").before), 0.5);
