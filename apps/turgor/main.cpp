@@ -48,6 +48,7 @@ Result<void> dispatch(const Invocation& arguments, const std::string& command_li
   if (name == "skin") return run_skin(arguments, context);
   if (name == "mesh") return run_mesh(arguments, context);
   if (name == "shell") return run_shell(arguments, context);
+  if (name == "calibrate") return run_calibrate(arguments, command_line, context);
   if (name == "predict") return run_predict(arguments, command_line, context);
   fmt::print("turgor {}\n", program_version);
   return {};

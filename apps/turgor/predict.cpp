@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "subcommands.hpp"
 #include "terminal.hpp"
 #include "turgor/commands/plan.hpp"
+#include "turgor/commands/problem.hpp"
 #include "turgor/core/file.hpp"
 #include "turgor/render/results.hpp"
 
@@ -14,12 +17,12 @@ Quality quality_of(const Invocation& arguments) {
   return word == "draft" ? Quality::draft : word == "fine" ? Quality::fine : Quality::normal;
 }
 
+// The main one wherever it runs comes first.
 std::vector<Solver> solvers_of(const Invocation& arguments) {
-  bool chain = false, network = false;
-  for (const std::string& word : arguments.words("solver")) (word == "chain" ? chain : network) = true;
+  const std::vector<std::string>& asked = arguments.words("solver");
   std::vector<Solver> out;
-  if (network) out.push_back(Solver::network);  // the main one wherever it runs
-  if (chain) out.push_back(Solver::chain);
+  for (const Solver solver : {Solver::fem, Solver::network, Solver::solid, Solver::chain})
+    if (std::find(asked.begin(), asked.end(), name_of(solver)) != asked.end()) out.push_back(solver);
   return out;
 }
 
@@ -73,6 +76,9 @@ Result<void> run_predict(const Invocation& arguments, const std::string& command
   SolverOptions solvers;
   apply_settings(plan, quality_of(arguments), options, solvers);
   apply_solver_flags(arguments, options, solvers);
+  if (arguments.given("constants")) {
+    TURGOR_TRY(solvers.factors, read_layer_factors(arguments.path("constants")));
+  }
   if (arguments.given("series")) options.scan.series = arguments.word("series");
 
   auto patient = open_case(arguments, options, context);

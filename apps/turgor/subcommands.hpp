@@ -16,6 +16,9 @@ Result<void> run_phantom(const Invocation& arguments, Context& context);
 Result<void> run_build(const Invocation& arguments, const std::string& command_line, Context& context);
 Result<void> run_predict(const Invocation& arguments, const std::string& command_line, Context& context);
 
+/// `command_line` is recorded in the results.
+Result<void> run_calibrate(const Invocation& arguments, const std::string& command_line, Context& context);
+
 Result<void> run_script(const Invocation& arguments, const std::string& command_line, Context& context);
 Result<void> run_skin(const Invocation& arguments, Context& context);
 Result<void> run_mesh(const Invocation& arguments, Context& context);

@@ -17,8 +17,8 @@ inline constexpr std::string_view kLanguage =
   values) stand before, between or after them. Also --name, and -name=value.
 - A word that begins with a minus and a letter is a flag; with a minus and a digit or a point, a number. After -- no
   word is a flag.
-- Numbers are in the unit named in the usage line, or carry another one: mm, cm, m; deg, rad; HU; MPa, kPa, Pa; % of a
-  fraction. The point is the decimal sign.
+- Numbers are in the unit named in the usage line, or carry another one: mm, cm, m; deg, rad; HU; MPa, kPa, Pa; N, mN,
+  kN; % of a fraction. The point is the decimal sign.
 - Positions and displacements are patient coordinates (LPS) in mm: x to the patient's left, y to the back, z upwards.
 - ; starts a comment anywhere outside quotes, # where a word could begin.
 - 'Single quotes' keep everything as it stands. In "double quotes" \" is a quote and \\ a backslash. Outside of quotes

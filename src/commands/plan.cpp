@@ -50,6 +50,18 @@ void set_network(const Invocation& c, EquilibriumOptions& equilibrium, TissueMat
   if (c.given("poisson")) material.poisson = c.number("poisson");
 }
 
+void set_cubes(const Invocation& c, CubeOptions& cubes) {
+  ElasticMaterial& material = cubes.material;
+  if (c.given("spacing")) cubes.spacing_mm = c.number("spacing");
+  if (c.given("modulus")) material.youngs_modulus_mpa = c.number("modulus");
+  if (c.given("c20")) material.c20_mpa = c.number("c20");
+  if (c.given("poisson")) material.poissons_ratio = c.number("poisson");
+  if (c.given("residual")) cubes.relative_residual = c.number("residual");
+  if (!c.given("law")) return;
+  for (const ElasticLaw law : kElasticLaws)
+    if (name_of(law) == c.word("law")) material.law = law;
+}
+
 void set_surfaces(const Invocation& c, HeadOptions& head) {
   if (c.given("skin")) head.skin_triangles = static_cast<int>(c.integer("skin"));
   if (c.given("bone")) head.bone_triangles = static_cast<int>(c.integer("bone"));
@@ -100,6 +112,7 @@ const std::map<std::string_view, Setting>& settings() {
       {"solver chain", [](const Invocation& c, Settings& s) { set_chain(c, s.solvers.chain); }},
       {"solver network",
        [](const Invocation& c, Settings& s) { set_network(c, s.solvers.equilibrium, s.patient.material); }},
+      {"solver fem", [](const Invocation& c, Settings& s) { set_cubes(c, s.solvers.cubes); }},
   };
   return table;
 }
@@ -218,10 +231,12 @@ void apply_settings(const Plan& plan, Quality quality, CaseOptions& options, Sol
     options.head.skin_triangles = 25'000;
     options.head.bone_triangles = 40'000;
     options.tissue.columns = 1400;
+    solvers.cubes.spacing_mm = 3.0;
   } else if (quality == Quality::fine) {
     options.head.skin_triangles = 150'000;
     options.head.bone_triangles = 250'000;
     options.tissue.columns = 6000;
+    solvers.cubes.spacing_mm = 1.5;
   }
   Settings s{options, solvers};
   for (const Invocation& c : plan.commands) {

@@ -20,6 +20,11 @@ constexpr Parameter kNetworkParameters[] = {commands::kResidual, commands::kMaxS
                                             commands::kPoisson};
 constexpr Example kNetworkExamples[] = {
     {"solver network -residual 1e-8 -load_steps 4", "a large movement, precisely"}};
+constexpr Parameter kFemParameters[] = {commands::kCubeSpacing, commands::kCubeLaw,
+                                        commands::kCubeModulus, commands::kCubeC20,
+                                        commands::kCubePoisson, commands::kCubeResidual};
+constexpr Example kFemExamples[] = {{"solver fem -spacing 1.5mm", "finer cubes"},
+                                    {"solver fem -law linear -modulus 15kPa", "Hooke's law"}};
 
 constexpr CommandDeclaration kSolverCommands[] = {
     {
@@ -39,6 +44,14 @@ constexpr CommandDeclaration kSolverCommands[] = {
         .description = "The positions at which every free point's force vanishes.",
         .parameters = kNetworkParameters,
         .examples = kNetworkExamples,
+    },
+    {
+        .name = "solver fem",
+        .group = "Solvers",
+        .summary = "Set the cubes of soft tissue and their law",
+        .description = "For the solvers fem and solid, which share the cubes and their moduli.",
+        .parameters = kFemParameters,
+        .examples = kFemExamples,
     },
 };
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "problem_parameters.hpp"
 #include "program_parameters.hpp"
 #include "program_scene.hpp"
 #include "solver_parameters.hpp"
@@ -127,7 +128,7 @@ constexpr Parameter kBuildParameters[] = {
     kThreads};
 constexpr Example kBuildExamples[] = {{"build scans/patient -o head", "surfaces and tissue of a patient"}};
 
-constexpr std::string_view kSolvers[] = {"chain", "network"};
+constexpr std::string_view kSolverNames[] = {"chain", "network", "solid", "fem"};
 constexpr std::string_view kQualities[] = {"draft", "normal", "fine"};
 constexpr Parameter kPredictParameters[] = {
     kScan,
@@ -143,10 +144,14 @@ constexpr Parameter kPredictParameters[] = {
     {
         .name = "solver",
         .type = ValueType::choice,
-        .choices = kSolvers,
+        .choices = kSolverNames,
         .fallback = "chain network",
         .repeatable = true,
-        .help = "chain: the mass-spring chain; network: the layered spring network at equilibrium",
+        .help = "chain: the mass-spring chain; network: the layered spring network at equilibrium; solid: "
+                "cubes of "
+                "soft tissue as Morris's tetrahedra; fem: the same cubes by a constitutive law; the report "
+                "shows the "
+                "face of the first of fem, network, solid, chain",
     },
     {
         .name = "quality",
@@ -154,6 +159,12 @@ constexpr Parameter kPredictParameters[] = {
         .choices = kQualities,
         .fallback = "normal",
         .help = "size of surfaces, tissue model and pictures",
+    },
+    {
+        .name = "constants",
+        .type = ValueType::path,
+        .label = "FILE",
+        .help = "network: calibration.json of `turgor calibrate` on a face: factors of its constants",
     },
     kThreads,
     commands::kAlpha,
@@ -170,8 +181,35 @@ constexpr Parameter kPredictParameters[] = {
 };
 constexpr Example kPredictExamples[] = {
     {"predict scans/patient -plan setback.turgor -o result", "everything, with both solvers"},
+    {"predict phantom -plan setback.turgor -o result -solver fem -solver network -solver solid -solver chain",
+     "all four solvers, compared with one another"},
     {"predict phantom -plan setback.turgor -o result -solver chain -alpha 0.7 -quality draft",
      "a quick look with the chain alone"}};
+
+constexpr Parameter kCalibrateParameters[] = {
+    {
+        .name = "problem",
+        .type = ValueType::path,
+        .label = "PROBLEM",
+        .required = true,
+        .positional = true,
+        .help = "a script of problem commands: body, loads, reference, model, method",
+    },
+    output("folder to write the calibrated constants, the pictures and report.html to"),
+    {
+        .name = "method",
+        .type = ValueType::choice,
+        .choices = commands::kFitMethods,
+        .help = "goes before the problem's own, as do all of the following",
+    },
+    commands::before_problem(commands::kBudget),
+    commands::before_problem(commands::kCoarse),
+    commands::before_problem(commands::kChains),
+    commands::before_problem(commands::kSeed),
+    kThreads};
+constexpr Example kCalibrateExamples[] = {
+    {"calibrate examples/calibration/gear.problem -o out/gear", "a gear, to its finite elements"},
+    {"calibrate cube.problem -o out/cube -method annealing -budget 4000", "the method of the paper"}};
 
 constexpr Parameter kHelpParameters[] = {
     {
@@ -247,6 +285,19 @@ constexpr CommandDeclaration kHeadCommands[] = {
     },
 };
 
+constexpr CommandDeclaration kCalibrateCommands[] = {{
+    .name = "calibrate",
+    .group = "Calibration",
+    .summary = "Fit the constants of an interactive model to finite elements",
+    .description =
+        "Solves the problem's loads on its reference, and searches for the constants with which the "
+        "interactive "
+        "model comes to rest in the same places (Morris 2006, section 3). Stopped with Ctrl-C it reports the "
+        "best found so far.",
+    .parameters = kCalibrateParameters,
+    .examples = kCalibrateExamples,
+}};
+
 constexpr CommandDeclaration kOwnCommands[] = {
     {
         .name = "help",
@@ -272,11 +323,12 @@ constexpr CommandDeclaration kOwnCommands[] = {
 
 constexpr auto kCommands = [] {
   using commands::kSceneProgramCommands;
-  std::array<CommandDeclaration,
-             std::size(kHeadCommands) + std::size(kSceneProgramCommands) + std::size(kOwnCommands)>
+  std::array<CommandDeclaration, std::size(kHeadCommands) + std::size(kSceneProgramCommands) +
+                                     std::size(kCalibrateCommands) + std::size(kOwnCommands)>
       all;
   auto next = std::ranges::copy(kHeadCommands, all.begin()).out;
   next = std::ranges::copy(kSceneProgramCommands, next).out;
+  next = std::ranges::copy(kCalibrateCommands, next).out;
   std::ranges::copy(kOwnCommands, next);
   return all;
 }();

@@ -84,5 +84,50 @@ inline constexpr Parameter kPoisson{
     .help =
         "network: Poisson's ratio of the tissue, from 0.25 (springs alone) to 0.49 (nearly incompressible)",
 };
+inline constexpr Parameter kCubeSpacing{
+    .name = "spacing",
+    .unit = Unit::mm,
+    .range = between(0.5, 10),
+    .fallback = "2",
+    .help = "edge of the cubes; 3 mm at draft quality, 1.5 mm at fine",
+};
+inline constexpr std::string_view kElasticLawNames[] = {"linear", "corotational", "st_venant_kirchhoff",
+                                                        "neo_hookean", "mooney_rivlin"};
+inline constexpr Parameter kCubeLaw{
+    .name = "law",
+    .type = ValueType::choice,
+    .choices = kElasticLawNames,
+    .label = "LAW",
+    .fallback = "mooney_rivlin",
+    .help =
+        "of fem, stress against strain: linear, corotational, st_venant_kirchhoff, neo_hookean or "
+        "mooney_rivlin; alike for small strains",
+};
+inline constexpr Parameter kCubeModulus{
+    .name = "modulus",
+    .unit = Unit::mpa,
+    .range = above_up_to(0, 10),
+    .fallback = "0.0149",
+    .help = "Young's modulus at small strain, of the whole face; six times c10 of Nazari et al. 2010",
+};
+inline constexpr Parameter kCubeC20{
+    .name = "c20",
+    .unit = Unit::mpa,
+    .range = between(0, 10),
+    .fallback = "0.001175",
+    .help = "of the law mooney_rivlin, which stiffens by it; Nazari et al. 2010",
+};
+inline constexpr Parameter kCubePoisson{
+    .name = "poisson",
+    .range = between(0, 0.499),
+    .fallback = "0.49",
+    .help = "Poisson's ratio; at most 0.45 for solid, whose tetrahedra lock",
+};
+inline constexpr Parameter kCubeResidual{
+    .name = "residual",
+    .range = between(1e-9, 0.1),
+    .fallback = "1e-4",
+    .help = "of fem: the equilibrium is reached when the force left is this part of the reactions",
+};
 
 }  // namespace turgor::commands

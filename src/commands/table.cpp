@@ -23,7 +23,8 @@ const CommandDeclaration* CommandTable::find(std::string_view command) const {
 }
 
 std::span<const CommandTable* const> command_tables() {
-  static const CommandTable* const tables[] = {&program_commands(), &plan_commands(), &scene_commands()};
+  static const CommandTable* const tables[] = {&program_commands(), &plan_commands(), &scene_commands(),
+                                               &problem_commands()};
   return tables;
 }
 

@@ -16,6 +16,8 @@ std::string_view symbol(Unit unit) {
       return "fraction";
     case Unit::mpa:
       return "MPa";
+    case Unit::newton:
+      return "N";
   }
   return "";
 }
@@ -28,6 +30,7 @@ constexpr Suffix kAngles[] = {{"deg"}, {"°"}, {"rad", 180, 3.141592653589793238
 constexpr Suffix kHounsfield[] = {{"HU"}};
 constexpr Suffix kFractions[] = {{"%", 1, 100}};
 constexpr Suffix kPressures[] = {{"MPa"}, {"kPa", 1, 1000}, {"Pa", 1, 1'000'000}};
+constexpr Suffix kForces[] = {{"N"}, {"mN", 1, 1000}, {"kN", 1000}};
 
 }  // namespace
 
@@ -45,6 +48,8 @@ std::span<const Suffix> suffixes(Unit unit) {
       return kFractions;
     case Unit::mpa:
       return kPressures;
+    case Unit::newton:
+      return kForces;
   }
   return {};
 }

@@ -1,5 +1,7 @@
 #include "html.hpp"
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -63,9 +65,20 @@ std::string table(const std::vector<std::string>& header, const std::vector<std:
   return out + "</tbody></table>\n";
 }
 
-std::string figure(const std::vector<std::byte>& png, std::string_view caption) {
-  return "<figure><img src=\"" + data_url(png) + "\" alt=\"" + escape(caption) + "\"><figcaption>" +
+std::string figure(const std::vector<std::byte>& png, std::string_view caption, std::string_view kind) {
+  const std::string open = kind.empty() ? "<figure>" : "<figure class=\"" + std::string(kind) + "\">";
+  return open + "<img src=\"" + data_url(png) + "\" alt=\"" + escape(caption) + "\"><figcaption>" +
          escape(caption) + "</figcaption></figure>\n";
+}
+
+std::string run_details(const Context& context, std::string_view json) {
+  std::string out = "<details><summary>Notices, timing, every number</summary><ul>";
+  for (const Notice& n : context.notices()) out += "<li>" + escape(n.text) + "</li>";
+  out += "</ul>";
+  std::vector<std::vector<std::string>> rows;
+  for (const StageTime& t : context.stage_times())
+    rows.push_back({escape(t.stage), fmt::format("{:.2f}", t.seconds)});
+  return out + table({"Step", "seconds"}, rows) + "<pre>" + escape(json) + "</pre></details>\n";
 }
 
 }  // namespace turgor::html

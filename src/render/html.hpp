@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "turgor/core/context.hpp"
+
 namespace turgor::html {
 
 std::string escape(std::string_view text);
@@ -13,6 +15,9 @@ std::string escape(std::string_view text);
 std::string data_url(const std::vector<std::byte>& png);
 /// A table with a header row; cells are HTML already.
 std::string table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
-std::string figure(const std::vector<std::byte>& png, std::string_view caption);
+/// `kind`: a class of the report's style, or none.
+std::string figure(const std::vector<std::byte>& png, std::string_view caption, std::string_view kind = {});
+/// Folded away: notices, seconds of each stage, and all that the run's JSON says.
+std::string run_details(const Context& context, std::string_view json);
 
 }  // namespace turgor::html

@@ -46,8 +46,10 @@ PixelBox draw_legend(Image& image, double lowest, double highest, const std::str
   return draw_legend(image, lowest, highest, title, colour_map);
 }
 
-PixelBox draw_legend(Image& image, double lowest, double highest, const std::string& title, ColourMap map) {
-  const int size = std::clamp(image.height / 48, 12, 40), margin = size;
+PixelBox draw_legend(Image& image, double lowest, double highest, const std::string& title, ColourMap map,
+                     int size) {
+  if (size <= 0) size = std::clamp(image.height / 48, 12, 40);
+  const int margin = size;
   const std::vector<Tick> ticks = ticks_between(lowest, highest);
   int labels = 0;
   for (const Tick& t : ticks) labels = std::max(labels, text_width(t.label, size));
@@ -74,12 +76,13 @@ PixelBox draw_legend(Image& image, double lowest, double highest, const std::str
   return bar;
 }
 
-void draw_scale_bar(Image& image, const CameraView& camera) {
+void draw_scale_bar(Image& image, const CameraView& camera, int size) {
   const auto frame = camera_frame(camera);
   if (!frame || image.width < 40 || image.height < 40) return;
   const double mm = frame->pixel_mm(frame->target_distance, image.height);
   const double length_mm = round_step(mm * image.width / 5, 1);
-  const int size = std::clamp(image.height / 48, 12, 40), margin = size;
+  if (size <= 0) size = std::clamp(image.height / 48, 12, 40);
+  const int margin = size;
   const double x0 = margin + 1, x1 = x0 + length_mm / mm, y = image.height - margin - 0.5 * size;
   const Vec3f ink{0, 0, 0};
   const std::vector<Capsule> bar{

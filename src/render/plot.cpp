@@ -28,20 +28,32 @@ bool usable(double v) {
   return std::abs(v) <= largest_value;  // false for NaN
 }
 
+struct PlotTick {
+  double at;  ///< on the axis: of a logarithmic one the logarithm
+  std::string label;
+};
+
 /// One axis made ready: its ends, its ticks, and the power of ten that its labels leave out.
 struct Scale {
-  double low = 0, high = 1, step = 1;
+  double low = 0, high = 1;  ///< of a logarithmic axis the logarithms
   int exponent = 0;
+  bool logarithmic = false;
+  std::vector<PlotTick> ticks;
 
-  [[nodiscard]] double share(double v) const { return (v - low) / (high - low); }
-  [[nodiscard]] double first() const { return std::ceil(low / step - 1e-6); }
-  [[nodiscard]] double last() const { return std::floor(high / step + 1e-6); }
-  [[nodiscard]] std::string label(double k) const {
-    if (k == 0) return "0";
-    const double unit = std::pow(10.0, exponent);
-    return number(k * step / unit, decimals_of(step / unit));
-  }
+  [[nodiscard]] double share_at(double place) const { return (place - low) / (high - low); }
+  [[nodiscard]] double share(double v) const { return share_at(logarithmic ? std::log10(v) : v); }
+  [[nodiscard]] bool shows(double v) const { return usable(v) && (!logarithmic || v > 0); }
 };
+
+/// "0.05", "200", "2e-7".
+std::string short_number(double v) {
+  const double power = std::floor(std::log10(v) + 1e-9);
+  if (power < -4 || power > 5) {
+    const double unit = std::pow(10.0, power);
+    return number(v / unit, 0) + "e" + number(power, 0);
+  }
+  return number(v, power < 0 ? static_cast<int>(-power) : 0);
+}
 
 struct Range {
   double low = largest_value, high = -largest_value;
@@ -52,12 +64,43 @@ struct Range {
 
 Result<Range> data_range(const Plot& plot, std::vector<double> Curve::*axis) {
   Range range;
+  const auto shows = [](const Axis2& a, double v) { return usable(v) && (!a.logarithmic || v > 0); };
   for (const Curve& c : plot.curves)
     for (std::size_t i = 0; i < c.x.size(); ++i)
-      if (usable(c.x[i]) && usable(c.y[i])) range.extend((c.*axis)[i]);
+      if (shows(plot.x, c.x[i]) && shows(plot.y, c.y[i])) range.extend((c.*axis)[i]);
   if (range.empty())
     return bad("no curve has a point that is finite", "plot", "Draw curves with numbers in them");
   return range;
+}
+
+/// 1, 2 and 5 times the powers of ten from one below `low` to one above `high`.
+std::vector<double> round_numbers(double low, double high) {
+  std::vector<double> out;
+  const int last = static_cast<int>(std::ceil(std::log10(high)));
+  for (int power = static_cast<int>(std::floor(std::log10(low))); power <= last; ++power)
+    for (const double digit : {1.0, 2.0, 5.0}) out.push_back(digit * std::pow(10.0, power));
+  return out;
+}
+
+Result<Scale> logarithmic_scale(const Axis2& axis, const Range& range, const std::string& where) {
+  if (!(range.low > 0)) return bad("a logarithmic axis begins at 0 or below", where, "Begin it above 0");
+  constexpr double close = 1e-9;
+  const std::vector<double> round = round_numbers(range.low, range.high);
+  double low = range.low, high = range.high;
+  for (const double v : round)
+    if (!axis.low && v <= range.low * (1 + close)) low = v;
+  for (const double v : std::vector<double>(round.rbegin(), round.rend()))
+    if (!axis.high && v >= range.high * (1 - close)) high = v;
+  Scale scale;
+  scale.logarithmic = true;
+  scale.low = std::log10(low), scale.high = std::log10(high);
+  const double decades = scale.high - scale.low;
+  for (std::size_t k = 0; k < round.size(); ++k) {
+    if (round[k] < low * (1 - close) || round[k] > high * (1 + close)) continue;
+    if (decades > 4 && k % 3 != 0) continue;  // powers of ten alone
+    scale.ticks.push_back({std::log10(round[k]), short_number(round[k])});
+  }
+  return scale;
 }
 
 Result<Scale> make_scale(const Axis2& axis, Range range, int ticks, const std::string& where) {
@@ -77,12 +120,16 @@ Result<Scale> make_scale(const Axis2& axis, Range range, int ticks, const std::s
     else
       range.low -= room, range.high += room;
   }
+  if (axis.logarithmic) return logarithmic_scale(axis, range, where);
   Scale scale;
-  scale.step = round_step(range.high - range.low, ticks);
-  scale.low = axis.low.value_or(std::floor(range.low / scale.step + 1e-6) * scale.step);
-  scale.high = axis.high.value_or(std::ceil(range.high / scale.step - 1e-6) * scale.step);
+  const double step = round_step(range.high - range.low, ticks);
+  scale.low = axis.low.value_or(std::floor(range.low / step + 1e-6) * step);
+  scale.high = axis.high.value_or(std::ceil(range.high / step - 1e-6) * step);
   const double power = std::floor(std::log10(std::max(std::abs(scale.low), std::abs(scale.high))) + 1e-9);
   if (power >= 5 || power <= -4) scale.exponent = static_cast<int>(power);
+  const double unit = std::pow(10.0, scale.exponent);
+  for (double k = std::ceil(scale.low / step - 1e-6); k <= std::floor(scale.high / step + 1e-6); ++k)
+    scale.ticks.push_back({k * step, k == 0 ? "0" : number(k * step / unit, decimals_of(step / unit))});
   return scale;
 }
 
@@ -93,14 +140,13 @@ struct Layout {
   double line = 2.2;  ///< width of curves
   Scale x, y;
 
-  [[nodiscard]] double pixel_x(double v) const { return box.x0 + x.share(v) * (box.x1 - box.x0); }
-  [[nodiscard]] double pixel_y(double v) const { return box.y1 - y.share(v) * (box.y1 - box.y0); }
+  [[nodiscard]] double pixel_x(double share) const { return box.x0 + share * (box.x1 - box.x0); }
+  [[nodiscard]] double pixel_y(double share) const { return box.y1 - share * (box.y1 - box.y0); }
 };
 
 int widest_label(const Scale& scale, int size) {
   int widest = 0;
-  for (double k = scale.first(); k <= scale.last(); ++k)
-    widest = std::max(widest, text_width(scale.label(k), size));
+  for (const PlotTick& tick : scale.ticks) widest = std::max(widest, text_width(tick.label, size));
   return widest;
 }
 
@@ -132,11 +178,12 @@ std::vector<Capsule> strokes(const Curve& curve, const Layout& layout) {
   bool drawing = false;
   double last_x = 0, last_y = 0;
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
-    if (!usable(curve.x[i]) || !usable(curve.y[i])) {
+    if (!layout.x.shows(curve.x[i]) || !layout.y.shows(curve.y[i])) {
       drawing = false;
       continue;
     }
-    const double x = layout.pixel_x(curve.x[i]), y = layout.pixel_y(curve.y[i]);
+    const double x = layout.pixel_x(layout.x.share(curve.x[i])),
+                 y = layout.pixel_y(layout.y.share(curve.y[i]));
     if (curve.dots || !drawing)
       add(x, y, x, y);
     else
@@ -182,12 +229,12 @@ int draw_title(Image* image, int x, int y, int size, std::string text, int expon
 }
 
 void draw_grid(Image& image, const Layout& l) {
-  for (double k = l.x.first(); k <= l.x.last(); ++k) {
-    const double x = l.pixel_x(k * l.x.step);
+  for (const PlotTick& tick : l.x.ticks) {
+    const double x = l.pixel_x(l.x.share_at(tick.at));
     rule(image, x, l.box.y0, x, l.box.y1, 1, grid_ink);
   }
-  for (double k = l.y.first(); k <= l.y.last(); ++k) {
-    const double y = l.pixel_y(k * l.y.step);
+  for (const PlotTick& tick : l.y.ticks) {
+    const double y = l.pixel_y(l.y.share_at(tick.at));
     rule(image, l.box.x0, y, l.box.x1, y, 1, grid_ink);
   }
 }
@@ -196,16 +243,14 @@ void draw_axes(Image& image, const Plot& plot, const Layout& l) {
   const int tick = l.size / 3, gap = tick + l.size / 4;
   rule(image, l.box.x0, l.box.y0, l.box.x0, l.box.y1, 1.4, axis_ink);
   rule(image, l.box.x0, l.box.y1, l.box.x1, l.box.y1, 1.4, axis_ink);
-  for (double k = l.x.first(); k <= l.x.last(); ++k) {
-    const double x = l.pixel_x(k * l.x.step);
-    const std::string label = l.x.label(k);
+  for (const auto& [at, label] : l.x.ticks) {
+    const double x = l.pixel_x(l.x.share_at(at));
     rule(image, x, l.box.y1, x, l.box.y1 + tick, 1.4, axis_ink);
     draw_text(image, static_cast<int>(std::lround(x)) - text_width(label, l.size) / 2, l.box.y1 + gap, l.size,
               label, ink);
   }
-  for (double k = l.y.first(); k <= l.y.last(); ++k) {
-    const double y = l.pixel_y(k * l.y.step);
-    const std::string label = l.y.label(k);
+  for (const auto& [at, label] : l.y.ticks) {
+    const double y = l.pixel_y(l.y.share_at(at));
     rule(image, l.box.x0 - tick, y, l.box.x0, y, 1.4, axis_ink);
     draw_text(image, l.box.x0 - gap - text_width(label, l.size),
               static_cast<int>(std::lround(y - 0.407 * l.size)), l.size, label, ink);

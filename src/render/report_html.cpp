@@ -123,31 +123,48 @@ std::string landmark_table(const Prediction& p) {
   return html::table({"Landmark", "forward mm", "to the left mm", "up mm", "distance mm"}, rows);
 }
 
+std::string distances(const CaseResults& results) {
+  const auto parts = skin_parts(results.patient);
+  std::vector<std::string> header{"Between", "whole face mm"};
+  for (const auto& [name, part] : parts) header.push_back(readable(name) + " mm");
+  std::vector<std::vector<std::string>> rows;
+  const auto cell = [](const SkinDistance& d) {
+    return d.points == 0 ? std::string("still")
+                         : fmt::format("{:.2f} (95 %: {:.2f})", d.mean, d.percentile_95);
+  };
+  for (std::size_t i = 0; i < results.predictions.size(); ++i) {
+    for (std::size_t j = i + 1; j < results.predictions.size(); ++j) {
+      const Prediction &a = results.predictions[i], &b = results.predictions[j];
+      rows.push_back({fmt::format("{} and {}", name_of(a.solver), name_of(b.solver)), cell(compare(a, b))});
+      for (const auto& [name, part] : parts) rows.back().push_back(cell(compare(a, b, part)));
+    }
+  }
+  if (rows.empty()) return {};
+  return "<p>Mean distance between the solvers' skins where either moves, and within which 95 % of points "
+         "lie:</p>\n" +
+         html::table(header, rows);
+}
+
 std::string solvers(const CaseResults& results) {
   std::vector<std::vector<std::string>> rows;
   for (const Prediction& p : results.predictions) {
-    const std::string residual =
-        p.solver == Solver::network
-            ? fmt::format("{:.1e} ({:.1e} N)", p.equilibrium.relative_residual, p.equilibrium.residual_n)
-            : "not an equilibrium";
+    const bool equilibrium = p.solver != Solver::chain;
+    std::string residual =
+        equilibrium ? fmt::format("{:.1e}", p.equilibrium.relative_residual) : "not an equilibrium";
+    if (equilibrium && p.equilibrium.residual_n > 0)
+      residual += fmt::format(" ({:.1e} N)", p.equilibrium.residual_n);
     rows.push_back(
-        {escape(std::string(name_of(p.solver))), fmt::format("{}", p.points), fmt::format("{}", p.springs),
-         residual, fmt::format("{:.1f} ms", 1000 * p.solve_seconds), fmt::format("{}", p.inverted_prisms),
+        {escape(std::string(name_of(p.solver))), fmt::format("{}", p.points),
+         p.solver == Solver::fem ? fmt::format("{} cubes", p.volumes) : fmt::format("{} springs", p.springs),
+         residual, fmt::format("{}", p.equilibrium.newton_steps),
+         fmt::format("{:.1f} ms", 1000 * p.solve_seconds), fmt::format("{}", p.inverted),
          fmt::format("{:.2f}", p.largest_stretch),
-         p.solver == Solver::network ? fmt::format("{:.2f} mm", p.deepest_contact_mm) : "no contact"});
+         equilibrium ? fmt::format("{:.2f} mm", p.deepest_contact_mm) : "no contact"});
   }
-  std::string out = html::table({"Solver", "points", "springs", "residual", "time", "prisms inverted",
-                                 "greatest stretch of skin", "deepest in bone"},
-                                rows);
-  for (std::size_t i = 1; i < results.predictions.size(); ++i) {
-    const SkinDistance d = compare(results.predictions[0], results.predictions[i]);
-    out += fmt::format(
-        "<p>{} and {} differ by {:.2f} mm on average where the skin moves (95 % of points within {:.2f} mm, "
-        "greatest {:.2f} mm).</p>\n",
-        name_of(results.predictions[0].solver), name_of(results.predictions[i].solver), d.mean,
-        d.percentile_95, d.greatest);
-  }
-  return out;
+  return html::table({"Solver", "points", "elements", "residual", "Newton steps", "time", "inverted",
+                      "greatest stretch of skin", "deepest in bone"},
+                     rows) +
+         distances(results);
 }
 
 std::string model(const CaseResults& results, const std::vector<Picture>& pictures) {
@@ -192,22 +209,11 @@ std::string limits(const CaseResults& results) {
   return out + "</ul>\n";
 }
 
-std::string details(const CaseResults& results, const Context& context) {
-  std::string out = "<details><summary>Notices, timing, every parameter</summary><ul>";
-  for (const Notice& n : context.notices()) out += "<li>" + escape(n.text) + "</li>";
-  out += "</ul>";
-  std::vector<std::vector<std::string>> rows;
-  for (const StageTime& t : context.stage_times())
-    rows.push_back({escape(t.stage), fmt::format("{:.2f}", t.seconds)});
-  return out + html::table({"Step", "seconds"}, rows) + "<pre>" + escape(result_json(results, context)) +
-         "</pre></details>\n";
-}
-
 }  // namespace
 
 std::string report_html(const CaseResults& results, const std::vector<Picture>& pictures,
                         const Context& context) {
-  std::string page = std::string(report_head) + head(results);
+  std::string page = report_head("Predicted face after surgery") + head(results);
   if (!results.predictions.empty()) {
     page += summary(results);
     page += section("Before and after", "<div class=\"row\">" + wipe(pictures, "front") +
@@ -222,7 +228,7 @@ std::string report_html(const CaseResults& results, const std::vector<Picture>& 
   }
   page += section("The model", model(results, pictures));
   page += section("What this does not tell", limits(results));
-  page += details(results, context);
+  page += html::run_details(context, result_json(results, context));
   return page + std::string(report_tail);
 }
 

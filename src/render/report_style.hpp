@@ -1,13 +1,18 @@
-// The fixed first and last lines of report.html: style and the one script, both inline. Internal to render.
+// The first and last lines of a report: style and the one script, both inline. Internal to render.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace turgor {
 
-inline constexpr std::string_view report_head = R"(<!DOCTYPE html>
+/// `title`: HTML.
+inline std::string report_head(std::string_view title) {
+  constexpr std::string_view before =
+      R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Predicted face after surgery</title>
+<title>)";
+  constexpr std::string_view after = R"(</title>
 <style>
 :root { --ink: #1d2430; --soft: #5b6675; --line: #dfe3e8; --paper: #ffffff; --tint: #f5f7f9; --accent: #17635f; }
 * { box-sizing: border-box; }
@@ -22,6 +27,7 @@ header { border-bottom: 2px solid var(--accent); padding-bottom: 14px; }
 section { margin: 34px 0; }
 .row { display: flex; flex-wrap: wrap; gap: 14px; }
 figure { flex: 1 1 240px; max-width: 50%; margin: 0; }
+figure.wide { flex-basis: 100%; max-width: 100%; }
 figure img { width: 100%; display: block; border: 1px solid var(--line); border-radius: 6px; }
 figcaption { color: var(--soft); font-size: 13px; padding: 4px 2px; }
 table { border-collapse: collapse; margin: 8px 0; font-variant-numeric: tabular-nums; }
@@ -37,6 +43,8 @@ details summary { cursor: pointer; color: var(--soft); }
 @media print { .wipe input { display: none; } section { break-inside: avoid-page; } }
 </style></head><body>
 )";
+  return std::string(before).append(title).append(after);
+}
 
 inline constexpr std::string_view report_tail = R"(<script>
 for (const wipe of document.querySelectorAll('.wipe')) {

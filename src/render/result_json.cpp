@@ -96,7 +96,14 @@ Json parameters_json(const CaseResults& results) {
           {"equilibrium",
            {{"relative_residual", s.equilibrium.relative_residual},
             {"max_newton_steps", s.equilibrium.max_newton_steps},
-            {"load_steps", s.equilibrium.load_steps}}}};
+            {"load_steps", s.equilibrium.load_steps}}},
+          {"cubes",
+           {{"spacing_mm", s.cubes.spacing_mm},
+            {"law", name_of(s.cubes.material.law)},
+            {"youngs_modulus_mpa", s.cubes.material.youngs_modulus_mpa},
+            {"poissons_ratio", s.cubes.material.poissons_ratio},
+            {"c20_mpa", s.cubes.material.c20_mpa},
+            {"relative_residual", s.cubes.relative_residual}}}};
 }
 
 Json bones_json(const BonePlan& plan) {
@@ -145,7 +152,8 @@ Json prediction_json(const PatientCase& patient, const Prediction& p) {
            {"points", p.points},
            {"springs", p.springs},
            {"volume_elements", p.volumes}};
-  if (p.solver == Solver::network) {
+  if (p.cubes != nullptr) out["cubes"] = p.cubes->face.cubes();
+  if (p.solver != Solver::chain) {
     out["newton_steps"] = p.equilibrium.newton_steps;
     out["linear_iterations"] = p.equilibrium.linear_iterations;
     out["residual_n"] = p.equilibrium.residual_n;
@@ -153,24 +161,33 @@ Json prediction_json(const PatientCase& patient, const Prediction& p) {
     out["energy_nmm"] = p.equilibrium.energy_nmm;
   }
   out["largest_skin_stretch"] = p.largest_stretch;
-  if (p.solver == Solver::network) out["deepest_in_bone_mm"] = p.deepest_contact_mm;
-  out["prisms_inverted"] = p.inverted_prisms;
+  if (p.solver != Solver::chain) out["deepest_in_bone_mm"] = p.deepest_contact_mm;
+  out[p.cubes == nullptr ? "prisms_inverted" : "elements_inverted"] = p.inverted;
   out["soft_to_hard"] = ratios;
   out["reference_bands"] = bands;
   out["landmarks"] = landmarks;
   return out;
 }
 
+Json distance_json(const SkinDistance& d) {
+  return {{"mean_mm", d.mean},
+          {"percentile_95_mm", d.percentile_95},
+          {"greatest_mm", d.greatest},
+          {"points", d.points}};
+}
+
+// Of every pair.
 Json distances_json(const CaseResults& results) {
   Json out = Json::array();
-  for (std::size_t i = 1; i < results.predictions.size(); ++i) {
-    const Prediction &a = results.predictions[0], &b = results.predictions[i];
-    const SkinDistance d = compare(a, b);
-    out.push_back({{"between", {name_of(a.solver), name_of(b.solver)}},
-                   {"mean_mm", d.mean},
-                   {"percentile_95_mm", d.percentile_95},
-                   {"greatest_mm", d.greatest},
-                   {"points", d.points}});
+  for (std::size_t i = 0; i < results.predictions.size(); ++i) {
+    for (std::size_t j = i + 1; j < results.predictions.size(); ++j) {
+      const Prediction &a = results.predictions[i], &b = results.predictions[j];
+      Json pair{{"between", {name_of(a.solver), name_of(b.solver)}}};
+      pair.update(distance_json(compare(a, b)));
+      for (const auto& [name, part] : skin_parts(results.patient))
+        pair[name] = distance_json(compare(a, b, part));
+      out.push_back(std::move(pair));
+    }
   }
   return out;
 }

@@ -1,5 +1,6 @@
 #include "turgor/core/index.hpp"
 #include "turgor/geometry/mesh_file.hpp"
+#include "turgor/geometry/voxel_solid.hpp"
 #include "turgor/render/results.hpp"
 
 namespace turgor {
@@ -45,6 +46,7 @@ std::vector<MeshField> tissue_point_fields(const CaseResults& results) {
   }
   std::vector<MeshField> fields{std::move(thickness), std::move(attached), std::move(fixed), std::move(end)};
   for (const Prediction& p : results.predictions) {
+    if (p.tissue_points.empty()) continue;
     MeshField shift{"displacement_mm_" + std::string(name_of(p.solver)), 3, {}};
     for (std::size_t i = 0; i < tissue.points.size(); ++i) {
       const Vec3f d = to_float(p.tissue_points[i] - tissue.points[i]);
@@ -53,6 +55,31 @@ std::vector<MeshField> tissue_point_fields(const CaseResults& results) {
     fields.push_back(std::move(shift));
   }
   return fields;
+}
+
+CellMesh cubes(const FaceSolid& face) {
+  constexpr std::uint8_t vtk_hexahedron = 12;
+  CellMesh mesh;
+  mesh.points.assign(face.mesh.points.begin(), face.mesh.points.end());
+  for (const auto& cube : hexahedra(face.mesh)) {
+    mesh.connectivity.insert(mesh.connectivity.end(), cube.begin(), cube.end());
+    mesh.offsets.push_back(static_cast<int>(mesh.connectivity.size()));
+    mesh.types.push_back(vtk_hexahedron);
+  }
+  return mesh;
+}
+
+// Where the cubes were before surgery, and what became of them.
+Result<void> write_cubes(const std::filesystem::path& path, const CubeField& field) {
+  MeshField shift{"displacement_mm", 3, {}}, place{"lies_on", 1, {}};
+  for (const Vec3& displacement : field.displacement_mm) {
+    const Vec3f d = to_float(displacement);
+    shift.values.insert(shift.values.end(), {d.x, d.y, d.z});
+  }
+  for (const FaceNode node : field.face.nodes) place.values.push_back(static_cast<float>(node));
+  std::vector<MeshField> of_cubes{{"depth_mm", 1, field.face.depth_mm}};
+  if (!field.von_mises_mpa.empty()) of_cubes.push_back({"von_mises_mpa", 1, field.von_mises_mpa});
+  return write_vtu(path, cubes(field.face), {std::move(shift), std::move(place)}, of_cubes);
 }
 
 MeshField layer_field(const LayeredTissue& tissue) {
@@ -73,6 +100,8 @@ Result<void> write_meshes(const CaseResults& results, const std::filesystem::pat
     const std::string name = i == 0 ? "skin_after" : "skin_after_" + std::string(name_of(p.solver));
     TURGOR_CHECK(
         write_surface(folder / name, p.skin, {{"displacement_mm", 1, p.displacement_mm}}, skin_colour));
+    if (p.cubes != nullptr)
+      TURGOR_CHECK(write_cubes(folder / ("cubes_" + std::string(name_of(p.solver)) + ".vtu"), *p.cubes));
   }
   for (const BoneSegment& s : patient.bones().segments()) {
     if (s.surface.empty()) continue;

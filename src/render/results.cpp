@@ -1,8 +1,8 @@
 #include "turgor/render/results.hpp"
 
 #include <iterator>
-#include <system_error>
 
+#include "render/picture_files.hpp"
 #include "turgor/core/file.hpp"
 
 namespace turgor {
@@ -19,15 +19,7 @@ Result<void> write_results(const CaseResults& results, const std::filesystem::pa
 
   const Stage stage(context, "files");
   TURGOR_CHECK(write_meshes(results, folder));
-  std::error_code code;
-  if (std::filesystem::create_directory(folder / "pictures", code); code) {
-    return Error{ErrorKind::system, "the folder cannot be made", (folder / "pictures").string(),
-                 "Check its permissions"};
-  }
-  for (const Picture& picture : pictures) {
-    TURGOR_CHECK(context.check());
-    TURGOR_CHECK(write_file(folder / "pictures" / (picture.name + ".png"), picture.png));
-  }
+  TURGOR_CHECK(render_detail::write_pictures(pictures, folder / "pictures", context));
   TURGOR_CHECK(write_file(folder / "report.html", report_html(results, pictures, context)));
   return write_file(folder / "result.json", result_json(results, context));
 }

@@ -175,7 +175,7 @@ TEST_F(Completion, OfBashOffersCommandsFlagsAndChoices) {
   };
   EXPECT_EQ(offered("turgor ph", 1), "phantom\n");
   EXPECT_EQ(offered("turgor predict -qu", 2), "-quality\n");
-  EXPECT_EQ(offered("turgor predict scan -solver \"\"", 4), "chain network\n");
+  EXPECT_EQ(offered("turgor predict scan -solver \"\"", 4), "chain network solid fem\n");
   EXPECT_EQ(offered("turgor predict --quality f", 3), "fine\n");
   EXPECT_EQ(offered("turgor help le_fort_3", 2), "le_fort_3\n");
   EXPECT_EQ(offered("turgor phantom -seed \"\"", 3), "\n");

@@ -123,7 +123,7 @@ TEST(Parser, NamesPlaceFaultAndNearestWord) {
             "plan:1:8: 'solver' cannot be followed by 'chian'. The nearest word is 'chain'.");
   EXPECT_EQ(message("solvr chain"), "plan:1:1: unknown command 'solvr'. The nearest command is 'solver'.");
   EXPECT_EQ(message("solver"),
-            "plan:1:1: 'solver' must be followed by a second word. Write chain or network.");
+            "plan:1:1: 'solver' must be followed by a second word. Write chain, network or fem.");
   EXPECT_EQ(
       message("-amount 6"),
       "plan:1:1: expected a command, found the flag '-amount'. Write the command first; 'turgor help' lists "

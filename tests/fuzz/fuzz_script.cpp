@@ -62,11 +62,13 @@ void run_script(const std::vector<std::string>& files) {
   const auto lines = load_script_text(files.front(), "case/0", options);
   if (!lines) return check(lines.error());
   for (const ScriptLine& line : *lines) {
-    const auto invocation = parse_line(line, plan_commands());
-    if (invocation) {
-      check(*invocation, plan_commands());
-    } else {
-      check(invocation.error());
+    for (const CommandTable* table : {&plan_commands(), &problem_commands()}) {
+      const auto invocation = parse_line(line, *table);
+      if (invocation) {
+        check(*invocation, *table);
+      } else {
+        check(invocation.error());
+      }
     }
   }
 }

@@ -268,6 +268,26 @@ TEST_F(Program, AnOutputThatCannotBeWrittenIsToldBeforeTheWork) {
   EXPECT_EQ(o.text.find("Scan"), std::string::npos) << o.text;  // no stage was begun
 }
 
+TEST_F(Program, PredictsTheFaceByCubesAndComparesEveryPair) {
+  write(root() / "cubes.turgor", "setback -amount 6\nsolver fem -spacing 4.5mm\n");
+  const Outcome o =
+      run(predict(dicom(), root() / "cubes.turgor") + " -solver fem -solver solid -solver chain");
+  ASSERT_EQ(o.code, 0) << o.text;
+  for (const char* name : {"cubes_fem.vtu", "cubes_solid.vtu", "skin_after.ply", "skin_after_solid.ply"})
+    EXPECT_GT(fs::file_size(out() / name), 1000U) << name;
+  const std::string result = bytes_of(out() / "result.json"), report = bytes_of(out() / "report.html");
+  for (const char* pair : {"fem and solid", "fem and chain", "solid and chain"})
+    EXPECT_NE(report.find(pair), std::string::npos) << pair;
+  for (const char* key : {"\"lower_third\"", "\"lips\"", "\"elements_inverted\"", "\"cubes\"", "\"law\""})
+    EXPECT_NE(result.find(key), std::string::npos) << key;
+  fs::remove_all(out());
+}
+
+TEST_F(Program, CubesOutOfRangeAreRefused) {
+  write(root() / "dust.turgor", "setback -amount 6\nsolver fem -spacing 0.01mm\n");
+  expect_refusal(predict(dicom(), root() / "dust.turgor") + " -solver fem", "dust.turgor:2:");
+}
+
 TEST_F(Program, FoldersMadeForAnOutputThatFailsAreRemoved) {
   const std::string deep = (root() / "new/deep/out").string();
   write(root() / "sparse.nrrd", "NRRD0004\n");

@@ -104,6 +104,26 @@ TEST(Plot, AnyRangeIsDrawn) {
     }
 }
 
+TEST(Plot, LogarithmicAxesPutEqualFactorsEquallyFar) {
+  Plot plot = plot_of({0, 1, 2}, {0.01, 1, 100});
+  plot.y.logarithmic = true;
+  const Image straight = drawn(plot);
+  Plot same = plot_of({0, 1, 2}, {-2, 0, 2});
+  // A straight line in both: as many red pixels, up to the width of the labels beside it.
+  EXPECT_NEAR(red_pixels(straight), red_pixels(drawn(same)), 0.1 * red_pixels(straight));
+  plot.curves[0].y[1] = 0;  // no logarithm: the line is broken
+  EXPECT_LT(red_pixels(drawn(plot)), red_pixels(straight) / 2);
+  for (const double factor : {1e-300, 1e-9, 1.0, 1e9, 1e298}) {
+    plot.curves[0].y = {factor, 1.0001 * factor, 3 * factor};
+    EXPECT_GT(red_pixels(drawn(plot)), 1) << factor;
+  }
+  plot.curves[0].y = {-1, 0, -3};
+  EXPECT_FALSE(draw_plot(plot));
+  plot = plot_of({0, 1}, {1, 2});
+  plot.y.logarithmic = true, plot.y.low = 0;
+  EXPECT_FALSE(draw_plot(plot));
+}
+
 TEST(Plot, BadInputIsNamed) {
   const auto fails = [](const Plot& plot, const std::string& word) {
     const auto image = draw_plot(plot);

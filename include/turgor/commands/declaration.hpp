@@ -35,8 +35,8 @@ enum class ValueType : std::uint8_t {
 
 /// Unit of a number without a suffix. A suffix of the same dimension is converted: `0.6cm` is 6 mm, `20%` is
 /// 0.2.
-enum class Unit : std::uint8_t { none, mm, deg, hu, fraction, mpa };
-/// As printed: "mm", "deg", "HU", "fraction", "MPa"; empty for none.
+enum class Unit : std::uint8_t { none, mm, deg, hu, fraction, mpa, newton };
+/// As printed: "mm", "deg", "HU", "fraction", "MPa", "N"; empty for none.
 std::string_view symbol(Unit unit);
 
 /// Interval of the numbers allowed. Default: all.
@@ -130,6 +130,8 @@ const CommandTable& program_commands();
 const CommandTable& plan_commands();
 /// What a script, the console, a menu or a device may say to a scene: objects, tissue, views, constraints.
 const CommandTable& scene_commands();
+/// What a problem of calibration may say: body, loads, reference, model, method.
+const CommandTable& problem_commands();
 /// All tables, for help and documentation.
 std::span<const CommandTable* const> command_tables();
 

@@ -36,8 +36,9 @@ struct PixelBox {
 };
 /// Draws a vertical colour bar with ticks and a title at the right edge; returns where the bar is.
 PixelBox draw_legend(Image& image, double lowest, double highest, const std::string& title);
-/// The same with any colour map.
-PixelBox draw_legend(Image& image, double lowest, double highest, const std::string& title, ColourMap map);
+/// The same with any colour map; letters of `size` pixels, 0: as the picture's height asks for.
+PixelBox draw_legend(Image& image, double lowest, double highest, const std::string& title, ColourMap map,
+                     int size = 0);
 
 /// A filled dot at the projection of `point`, with a label beside it.
 void draw_marker(Image& image, const CameraView& camera, const Vec3& point, const std::string& label,
@@ -52,8 +53,8 @@ struct Marker {
 void draw_markers(Image& image, const CameraView& camera, const std::vector<Marker>& markers);
 
 /// A bar of a round number of millimetres at the bottom left; for orthographic views (in perspective it holds
-/// at the target only).
-void draw_scale_bar(Image& image, const CameraView& camera);
+/// at the target only). Letters of `size` pixels, 0: as the picture's height asks for.
+void draw_scale_bar(Image& image, const CameraView& camera, int size = 0);
 /// R and L (or A and P, S and I) in the upper corners: the patient's sides as this camera sees them, the main
 /// one first where a view lies between.
 void draw_orientation(Image& image, const CameraView& camera);

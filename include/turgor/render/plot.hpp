@@ -18,6 +18,7 @@ struct Curve {
 struct Axis2 {
   std::string title;                ///< with its unit: "Strain", "Tension, N/cm"
   std::optional<double> low, high;  ///< else from the data, rounded outwards to ticks
+  bool logarithmic = false;  ///< ticks at 1, 2 and 5 times powers of ten; numbers not above 0 break lines
 };
 struct Plot {
   std::string title;
@@ -27,7 +28,8 @@ struct Plot {
 };
 /// The y axis' title stands above the axis; the legend in the corner where the fewest curves run. An axis
 /// whose numbers would be long leaves out a power of ten, which its title names. Errors: no curves, lengths
-/// that differ, nothing finite to draw, an axis that ends before it begins, sides outside 160 to 8192 pixels.
+/// that differ, nothing finite to draw, an axis that ends before it begins, a logarithmic one that begins at
+/// 0 or below, sides outside 160 to 8192 pixels.
 Result<Image> draw_plot(const Plot& plot);
 
 }  // namespace turgor
