@@ -57,9 +57,7 @@ void set_cubes(const Invocation& c, CubeOptions& cubes) {
   if (c.given("c20")) material.c20_mpa = c.number("c20");
   if (c.given("poisson")) material.poissons_ratio = c.number("poisson");
   if (c.given("residual")) cubes.relative_residual = c.number("residual");
-  if (!c.given("law")) return;
-  for (const ElasticLaw law : kElasticLaws)
-    if (name_of(law) == c.word("law")) material.law = law;
+  if (c.given("law")) material.law = commands::value_named(c.word("law"), kElasticLaws);
 }
 
 void set_surfaces(const Invocation& c, HeadOptions& head) {

@@ -11,6 +11,7 @@
 #include "turgor/core/index.hpp"
 #include "turgor/geometry/mesh_file.hpp"
 #include "turgor/world/object_file.hpp"
+#include "values.hpp"
 
 namespace turgor {
 namespace {
@@ -23,11 +24,6 @@ struct Reader {
   FaceProblem face = {};
 };
 using Setting = std::function<Result<void>(const Invocation&, Reader&)>;
-
-template <class Value, std::size_t count>
-Value named(const std::string& word, const std::array<Value, count>& values) {
-  return *std::ranges::find_if(values, [&](Value v) { return name_of(v) == word; });
-}
 
 Index3 three_integers(const Invocation& c, std::string_view parameter) {
   const auto& n = c.all(parameter).front().integers;
@@ -155,7 +151,7 @@ Result<void> set_probes(const Invocation& c, Reader& r) {
 
 Result<void> add_reference(const Invocation& c, Reader& r) {
   ElasticMaterial material;
-  material.law = named(c.word("law"), kElasticLaws);
+  material.law = commands::value_named(c.word("law"), kElasticLaws);
   material.youngs_modulus_mpa = c.number("modulus");
   material.poissons_ratio = c.number("poisson");
   material.c20_mpa = c.number("c20");
@@ -188,8 +184,8 @@ Result<void> set_guess(const Invocation& c, Reader& r) {
 }
 
 FitMethod method_named(const std::string& word) {
-  return named(word, std::array{FitMethod::gauss_newton, FitMethod::gradient, FitMethod::cma_es,
-                                FitMethod::annealing});
+  return commands::value_named(word, std::array{FitMethod::gauss_newton, FitMethod::gradient,
+                                                FitMethod::cma_es, FitMethod::annealing});
 }
 
 Result<void> set_method(const Invocation& c, Reader& r) {
@@ -204,8 +200,8 @@ Result<void> set_method(const Invocation& c, Reader& r) {
 }
 
 Result<void> set_measure(const Invocation& c, Reader& r) {
-  r.options.fit.measure =
-      named(c.word("what"), std::array{ErrorMeasure::distance, ErrorMeasure::shape, ErrorMeasure::force});
+  r.options.fit.measure = commands::value_named(
+      c.word("what"), std::array{ErrorMeasure::distance, ErrorMeasure::shape, ErrorMeasure::force});
   return {};
 }
 

@@ -3,13 +3,11 @@
 
 #include "problem_body.hpp"
 #include "problem_parameters.hpp"
+#include "solver_parameters.hpp"
 #include "turgor/commands/declaration.hpp"
 
 namespace turgor::commands {
 
-// The names of fem/elastic_material.hpp; a test holds the two together.
-inline constexpr std::string_view kReferenceLaws[] = {"linear", "corotational", "st_venant_kirchhoff",
-                                                      "neo_hookean", "mooney_rivlin"};
 inline constexpr Parameter kYoung{
     .name = "modulus",
     .unit = Unit::mpa,
@@ -21,7 +19,7 @@ inline constexpr Parameter kReferenceParameters[] = {
     {
         .name = "law",
         .type = ValueType::choice,
-        .choices = kReferenceLaws,
+        .choices = kElasticLawNames,
         .label = "LAW",
         .fallback = "linear",
         .help = "of the material; all are Hooke's for small strains",

@@ -1,4 +1,5 @@
-// Parameters of the solvers, shared by `turgor predict` and by a plan's `solver chain` and `solver network`.
+// Parameters of the solvers, shared by `turgor predict`, by a plan's `solver ...` and by the reference of a
+// problem.
 #pragma once
 
 #include "turgor/commands/declaration.hpp"
@@ -91,6 +92,7 @@ inline constexpr Parameter kCubeSpacing{
     .fallback = "2",
     .help = "edge of the cubes; 3 mm at draft quality, 1.5 mm at fine",
 };
+// The names of fem/elastic_material.hpp; a test holds the two together.
 inline constexpr std::string_view kElasticLawNames[] = {"linear", "corotational", "st_venant_kirchhoff",
                                                         "neo_hookean", "mooney_rivlin"};
 inline constexpr Parameter kCubeLaw{

@@ -1,8 +1,11 @@
 // Words to typed values, and the phrases that describe values to people.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "turgor/commands/script.hpp"
 #include "turgor/tissue/network.hpp"
@@ -26,6 +29,12 @@ std::string describe_range(const Parameter& parameter);
 
 /// A spring law by its name, or by its number in the thesis's scripts (scene_parameters.hpp).
 SpringLaw law_named(std::string_view word);
+
+/// The one of `values` that name_of() calls `word`: a choice of the declaration, so that there is one.
+template <class Value, std::size_t count>
+Value value_named(std::string_view word, const std::array<Value, count>& values) {
+  return *std::ranges::find_if(values, [&](Value v) { return name_of(v) == word; });
+}
 
 /// "Give at least one of -box or -sphere."
 std::string describe_rule(const Rule& rule);
