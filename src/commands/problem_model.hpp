@@ -46,17 +46,19 @@ inline constexpr Example kReferenceExamples[] = {
     {"reference -modulus 50kPa -poisson 0.45", "everywhere"},
     {"reference -modulus 1MPa -poisson 0.45 -box 0 0 0 40 40 20", "and harder below"}};
 
+constexpr Parameter grid(std::string_view help) {
+  return {
+      .name = "grid",
+      .type = ValueType::integer,
+      .range = between(1, 1000),
+      .count = {3, 3},
+      .label = "NX NY NZ",
+      .fallback = "1 1 1",
+      .help = help,
+  };
+}
 inline constexpr Parameter kTetrahedraParameters[] = {
-    {
-        .name = "grid",
-        .type = ValueType::integer,
-        .range = between(1, 1000),
-        .count = {3, 3},
-        .label = "NX NY NZ",
-        .fallback = "1 1 1",
-        .help = "nodes over the body that have constants, interpolated between them; 1: constant along that "
-                "axis",
-    },
+    grid("nodes over the body that have constants, interpolated between them; 1: constant along that axis"),
     {
         .name = "proportional",
         .type = ValueType::flag,
@@ -76,16 +78,7 @@ inline constexpr Example kTetrahedraExamples[] = {
     {"model tetrahedra -grid 5 5 3", "75 nodes with three constants each (Morris 2006, section 3.6)"}};
 
 inline constexpr Parameter kLayeredNetworkParameters[] = {
-    {
-        .name = "grid",
-        .type = ValueType::integer,
-        .range = between(1, 1000),
-        .count = {3, 3},
-        .label = "NX NY NZ",
-        .fallback = "1 1 1",
-        .help =
-            "nodes over the face that have factors, interpolated between them; 1: constant along that axis",
-    },
+    grid("nodes over the face that have factors, interpolated between them; 1: constant along that axis"),
 };
 inline constexpr Example kLayeredNetworkExamples[] = {
     {"model network", "one factor for each layer and kind"},
