@@ -15,6 +15,7 @@ using namespace render_detail;
 namespace {
 
 using html::escape;
+using html::section;
 
 std::string number(double v) {
   return std::isfinite(v) ? fmt::format("{:.4g}", v) : "did not come to rest";
@@ -161,10 +162,6 @@ std::string limits() {
 }  // namespace
 
 namespace render_detail {
-
-std::string section(std::string_view title, const std::string& body) {
-  return fmt::format("<section><h2>{}</h2>\n{}</section>\n", title, body);
-}
 
 std::string pictures_of(const std::vector<Picture>& pictures, std::string_view prefix) {
   std::string out = "<div class=\"row\">";

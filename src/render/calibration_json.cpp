@@ -9,10 +9,6 @@ using namespace render_detail;
 
 namespace {
 
-Json triple(const Vec3& v) {
-  return Json::array({v.x, v.y, v.z});
-}
-
 Json body_json(const CalibrationCase& problem) {
   const SolidMesh& mesh = problem.mesh();
   Box3 box;

@@ -1,17 +1,15 @@
 // What reports of a calibration share, whatever the body: parameters and search. Internal to render.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "render/json.hpp"
 #include "turgor/calibration/calibrate.hpp"
 #include "turgor/render/case_pictures.hpp"
 
 namespace turgor::render_detail {
 
-// Keys stay in the order they are written, so that a person finds them.
-using Json = nlohmann::ordered_json;
 /// JSON has no infinity: null, for what did not come to rest.
 Json finite(double v);
 Json search_json(const FitOptions& options, const Fit& fit);
@@ -20,7 +18,6 @@ Json samples_json(const Fit& fit);
 /// Notices and times.
 Json notes_json(const Context& context);
 
-std::string section(std::string_view title, const std::string& body);
 /// Those whose name begins with `prefix`, in a row.
 std::string pictures_of(const std::vector<Picture>& pictures, std::string_view prefix);
 std::string parameter_table(const std::vector<FitParameter>& parameters, const Fit& fit);

@@ -19,6 +19,7 @@ using namespace render_detail;
 namespace {
 
 using html::escape;
+using html::section;
 
 std::vector<double> distances(const Prediction& a, const Prediction& b) {
   std::vector<double> out;
@@ -117,13 +118,6 @@ std::string distance_table(const FaceCalibrationResults& results) {
          "<p>Distances of the network's skin from the reference's in the lower third of the face, over "
          "points "
          "that move by more than 0.1 mm in either. Moves held out were not seen by the search.</p>\n";
-}
-
-Json distance_json(const SkinDistance& d) {
-  return {{"mean_mm", d.mean},
-          {"percentile_95_mm", d.percentile_95},
-          {"greatest_mm", d.greatest},
-          {"points", d.points}};
 }
 
 std::string face_json(const FaceCalibrationResults& results, const Context& context) {

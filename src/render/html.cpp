@@ -53,6 +53,10 @@ std::string data_url(const std::vector<std::byte>& png) {
   return "data:image/png;base64," + base64(png);
 }
 
+std::string section(std::string_view title, const std::string& body) {
+  return fmt::format("<section><h2>{}</h2>\n{}</section>\n", title, body);
+}
+
 std::string table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
   std::string out = "<table><thead><tr>";
   for (const std::string& h : header) out += "<th>" + h + "</th>";

@@ -13,6 +13,7 @@ namespace turgor::html {
 std::string escape(std::string_view text);
 /// data:image/png;base64,…
 std::string data_url(const std::vector<std::byte>& png);
+std::string section(std::string_view title, const std::string& body);
 /// A table with a header row; cells are HTML already.
 std::string table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
 /// `kind`: a class of the report's style, or none.

@@ -13,6 +13,7 @@ namespace turgor {
 namespace {
 
 using html::escape;
+using html::section;
 
 const Picture* find(const std::vector<Picture>& pictures, std::string_view name) {
   const auto it =
@@ -26,10 +27,6 @@ std::string group(const std::vector<Picture>& pictures, std::string_view prefix)
     if (p.name.starts_with(prefix)) out += html::figure(p.png, p.caption);
   }
   return out + "</div>\n";
-}
-
-std::string section(std::string_view title, const std::string& body) {
-  return fmt::format("<section><h2>{}</h2>\n{}</section>\n", title, body);
 }
 
 std::string head(const CaseResults& results) {

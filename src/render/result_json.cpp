@@ -1,19 +1,15 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
+#include "render/json.hpp"
 #include "turgor/anatomy/tissue_network.hpp"
 #include "turgor/render/results.hpp"
 #include "turgor/world/reference_bands.hpp"
 
 namespace turgor {
+
+using namespace render_detail;
+
 namespace {
-
-// Keys stay in the order they are written, so that a person finds them.
-using Json = nlohmann::ordered_json;
-
-Json triple(const Vec3& v) {
-  return Json::array({v.x, v.y, v.z});
-}
 
 Json scan_json(const PatientCase& patient) {
   const Grid& grid = patient.scan_grid();
@@ -167,13 +163,6 @@ Json prediction_json(const PatientCase& patient, const Prediction& p) {
   out["reference_bands"] = bands;
   out["landmarks"] = landmarks;
   return out;
-}
-
-Json distance_json(const SkinDistance& d) {
-  return {{"mean_mm", d.mean},
-          {"percentile_95_mm", d.percentile_95},
-          {"greatest_mm", d.greatest},
-          {"points", d.points}};
 }
 
 // Of every pair.
