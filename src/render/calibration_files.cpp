@@ -127,8 +127,9 @@ Result<void> write_calibration(const CalibrationResults& results, const std::fil
   const Stage stage(context, "files");
   TURGOR_CHECK(write_calibration_meshes(results, folder));
   TURGOR_CHECK(render_detail::write_pictures(pictures, folder / "pictures", context));
-  TURGOR_CHECK(write_file(folder / "report.html", calibration_html(results, pictures, context)));
-  return write_file(folder / "calibration.json", calibration_json(results, context));
+  const std::string json = calibration_json(results, context);
+  TURGOR_CHECK(write_file(folder / "report.html", calibration_html(results, pictures, json, context)));
+  return write_file(folder / "calibration.json", json);
 }
 
 }  // namespace turgor

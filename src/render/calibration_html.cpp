@@ -206,7 +206,7 @@ std::string search_section(const FitOptions& o, const Fit& fit, const std::vecto
 }  // namespace render_detail
 
 std::string calibration_html(const CalibrationResults& results, const std::vector<Picture>& pictures,
-                             const Context& context) {
+                             std::string_view json, const Context& context) {
   std::string page = report_head("Calibration") + head(results) + summary(results);
   page += section("Errors", load_table(results));
   page += section("Shapes", pictures_of(pictures, "load_"));
@@ -216,7 +216,7 @@ std::string calibration_html(const CalibrationResults& results, const std::vecto
   page += section("The search", search_section(results.problem.options().fit, results.outcome.fit, pictures));
   page += section("The reference and the problem", reference(results));
   page += section("What this does not tell", limits());
-  page += html::run_details(context, calibration_json(results, context));
+  page += html::run_details(context, json);
   return page + std::string(report_tail);
 }
 

@@ -209,7 +209,7 @@ std::string limits(const CaseResults& results) {
 }  // namespace
 
 std::string report_html(const CaseResults& results, const std::vector<Picture>& pictures,
-                        const Context& context) {
+                        std::string_view json, const Context& context) {
   std::string page = report_head("Predicted face after surgery") + head(results);
   if (!results.predictions.empty()) {
     page += summary(results);
@@ -225,7 +225,7 @@ std::string report_html(const CaseResults& results, const std::vector<Picture>& 
   }
   page += section("The model", model(results, pictures));
   page += section("What this does not tell", limits(results));
-  page += html::run_details(context, result_json(results, context));
+  page += html::run_details(context, json);
   return page + std::string(report_tail);
 }
 

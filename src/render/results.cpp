@@ -20,8 +20,9 @@ Result<void> write_results(const CaseResults& results, const std::filesystem::pa
   const Stage stage(context, "files");
   TURGOR_CHECK(write_meshes(results, folder));
   TURGOR_CHECK(render_detail::write_pictures(pictures, folder / "pictures", context));
-  TURGOR_CHECK(write_file(folder / "report.html", report_html(results, pictures, context)));
-  return write_file(folder / "result.json", result_json(results, context));
+  const std::string json = result_json(results, context);
+  TURGOR_CHECK(write_file(folder / "report.html", report_html(results, pictures, json, context)));
+  return write_file(folder / "result.json", json);
 }
 
 }  // namespace turgor

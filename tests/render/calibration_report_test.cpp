@@ -70,7 +70,10 @@ TEST(CalibrationReport, JsonHasEveryInputParameterAndError) {
 
 TEST(CalibrationReport, PageTellsErrorsConstantsAndWhetherItWasStopped) {
   PressedBox box;
-  const std::string page = calibration_html(box.results(), {}, Context{});
+  const auto page_of = [&] {
+    return calibration_html(box.results(), {}, calibration_json(box.results(), Context{}), Context{});
+  };
+  const std::string page = page_of();
   const auto has = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
@@ -80,7 +83,7 @@ TEST(CalibrationReport, PageTellsErrorsConstantsAndWhetherItWasStopped) {
   EXPECT_FALSE(has(page, "http")) << "no outside links";
   EXPECT_FALSE(has(page, "topped by the user"));
   box.outcome.fit.stopped = true;
-  EXPECT_TRUE(has(calibration_html(box.results(), {}, Context{}), "stopped by the user"));
+  EXPECT_TRUE(has(page_of(), "stopped by the user"));
 }
 
 TEST(CalibrationReport, WritesPicturesShapesAndConstants) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "turgor/core/context.hpp"
@@ -37,9 +38,9 @@ Result<std::vector<Picture>> calibration_pictures(const CalibrationResults& resu
                                                   const PictureOptions& options, Context& context);
 /// Every input, parameter with its bounds and deviation, error of each load, sample.
 std::string calibration_json(const CalibrationResults& results, const Context& context);
-/// One file without outside links.
+/// One file without outside links; it ends with `json`, that of calibration_json().
 std::string calibration_html(const CalibrationResults& results, const std::vector<Picture>& pictures,
-                             const Context& context);
+                             std::string_view json, const Context& context);
 /// constants.vtu: the edges, triangles and tetrahedra of the model (2, 3 and 4 `corners`) at rest, with their
 /// calibrated constants k_d, k_a and k_v in N·mm as tissue/solid.hpp takes them, and as stiffness in MPa.
 /// load_N.vtu: displacements and errors, mm, of reference, uncalibrated and calibrated model under that load;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "turgor/core/context.hpp"
@@ -34,9 +35,9 @@ Result<void> write_results(const CaseResults& results, const std::filesystem::pa
 /// result.json: every input, parameter, version, count, timing, landmark displacement, ratio and distance
 /// between solvers.
 std::string result_json(const CaseResults& results, const Context& context);
-/// report.html: one file without outside links.
+/// report.html: one file without outside links; it ends with `json`, that of result_json().
 std::string report_html(const CaseResults& results, const std::vector<Picture>& pictures,
-                        const Context& context);
+                        std::string_view json, const Context& context);
 /// skin_before, skin_after (.ply, .vtp, .glb), bones, tissue.vtu.
 Result<void> write_meshes(const CaseResults& results, const std::filesystem::path& folder);
 
