@@ -4,7 +4,6 @@
 // solid takes); the benchmarks after it are of the operator alone, beside a copy of the same memory.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,7 +14,9 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string>
 
+#include "../tests/support/shell.hpp"
 #include "fem/voxel_operator.hpp"
 #include "inputs.hpp"
 #include "turgor/core/parallel.hpp"
@@ -94,12 +95,10 @@ Run measure(const Row& row) {
 /// Runs `program --row N` and reads what it prints.
 Run measure_apart(const char* program, std::size_t row) {
   Run run;
-  FILE* pipe = ::popen(fmt::format("'{}' --row {}", program, row).c_str(), "r");
-  if (pipe == nullptr) return run;
-  if (std::fscanf(pipe, "%zu %d %lf %lf %lf %lf", &run.cubes, &run.iterations, &run.set_up_s, &run.solve_s,
-                  &run.solid_mb, &run.peak_mb) != 6)
+  const std::string printed = support::shell(fmt::format("'{}' --row {}", program, row)).text;
+  if (std::sscanf(printed.c_str(), "%zu %d %lf %lf %lf %lf", &run.cubes, &run.iterations, &run.set_up_s,
+                  &run.solve_s, &run.solid_mb, &run.peak_mb) != 6)
     run = {};
-  ::pclose(pipe);
   return run;
 }
 

@@ -3,7 +3,6 @@
 // benchmarks after it repeat them. Reading the file is timed apart.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "../tests/support/shell.hpp"
 #include "inputs.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/mesh_file.hpp"
@@ -87,16 +87,13 @@ Run measure(const Row& row, const fs::path& meshes) {
   return run;
 }
 
-/// Runs `argv[0] --row N` and reads what it prints.
+/// Runs `program --row N` and reads what it prints.
 Run measure_apart(const char* program, std::size_t row) {
   Run run;
-  const std::string command = fmt::format("'{}' --row {}", program, row);
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return run;
-  if (std::fscanf(pipe, "%zu %lf %lf %lf %lf", &run.tetrahedra, &run.read_s, &run.first_s, &run.best_s,
-                  &run.peak_mb) != 5)
+  const std::string printed = support::shell(fmt::format("'{}' --row {}", program, row)).text;
+  if (std::sscanf(printed.c_str(), "%zu %lf %lf %lf %lf", &run.tetrahedra, &run.read_s, &run.first_s,
+                  &run.best_s, &run.peak_mb) != 5)
     run = {};
-  ::pclose(pipe);
   return run;
 }
 

@@ -1,14 +1,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "support/shell.hpp"
 #include "turgor/commands/help.hpp"
 #include "turgor/commands/script.hpp"
 #include "turgor/core/file.hpp"
@@ -114,17 +113,7 @@ class Completion : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// Exit status and output of a shell command.
-  static std::pair<int, std::string> run(const std::string& command) {
-    std::string out;
-    FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
-    if (pipe == nullptr) return {-1, ""};
-    std::array<char, 4096> buffer{};
-    while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-      out.append(buffer.data(), n);
-    return {::pclose(pipe), out};
-  }
-  static bool has(const std::string& shell) { return run("command -v " + shell).first == 0; }
+  static bool has(const std::string& name) { return support::shell("command -v " + name).code == 0; }
   std::string put(const std::string& name, std::string_view text) {
     EXPECT_TRUE(write_file(folder_ / name, text));
     return (folder_ / name).string();
@@ -157,8 +146,9 @@ TEST_F(Completion, IsSoundShell) {
   int checked = 0;
   for (const auto& [shell, name] : shells) {
     if (!has(name)) continue;
-    const auto [status, output] = run(name + " -n " + put("completion." + name, completion_script(shell)));
-    EXPECT_EQ(status, 0) << output;
+    const support::Outcome checking =
+        support::shell(name + " -n " + put("completion." + name, completion_script(shell)) + " 2>&1");
+    EXPECT_EQ(checking.code, 0) << checking.text;
     ++checked;
   }
   if (checked == 0) GTEST_SKIP() << "no shell to check with";
@@ -171,7 +161,7 @@ TEST_F(Completion, OfBashOffersCommandsFlagsAndChoices) {
     const std::string program = "source " + script + "; COMP_WORDS=(" + words +
                                 "); COMP_CWORD=" + std::to_string(current) +
                                 "; _turgor; echo \"${COMPREPLY[*]}\"";
-    return run("bash -c " + std::string("'") + program + "'").second;
+    return support::shell("bash -c '" + program + "' 2>&1").text;
   };
   EXPECT_EQ(offered("turgor ph", 1), "phantom\n");
   EXPECT_EQ(offered("turgor predict -qu", 2), "-quality\n");

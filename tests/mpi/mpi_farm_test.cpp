@@ -1,30 +1,14 @@
 // Starts a calibration as one, two and three processes.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
+
+#include "support/shell.hpp"
 
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string text;
-};
-
-Outcome shell(const std::string& command) {
-  Outcome out;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return out;
-  std::array<char, 4096> buffer;
-  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
-    out.text.append(buffer.data(), n);
-  const int status = ::pclose(pipe);
-  out.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return out;
-}
+using turgor::support::Outcome;
+using turgor::support::shell;
 
 // What hangs is ended with code 124.
 Outcome together(int processes, const std::string& mode) {

@@ -314,12 +314,10 @@ TEST_F(Program, AFullDiskLeavesNothing) {
 
 TEST_F(Program, WhatCannotBePrintedIsAnError) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
-  FILE* pipe = ::popen(TURGOR_PROGRAM " help 2>&1 >/dev/full", "r");
-  ASSERT_NE(pipe, nullptr);
-  char line[512]{};
-  std::fgets(line, sizeof line, pipe);
-  EXPECT_EQ(WEXITSTATUS(::pclose(pipe)), 2);
-  EXPECT_NE(std::string(line).find("standard output"), std::string::npos) << line;
+  const Outcome o = turgor::support::shell(TURGOR_PROGRAM " help 2>&1 >/dev/full");
+  EXPECT_EQ(o.code, 2);
+  const std::string line = o.text.substr(0, o.text.find('\n'));
+  EXPECT_NE(line.find("standard output"), std::string::npos) << o.text;
 }
 
 TEST_F(Program, CtrlCStopsTheWorkAndLeavesNothing) {

@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -15,26 +14,17 @@
 #include <thread>
 #include <vector>
 
+#include "support/shell.hpp"
+
 namespace turgor_program {
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code;
-  std::string text;  // both streams
-};
+using turgor::support::Outcome;
 
+/// Both streams of the program are in the text.
 inline Outcome run(const std::string& arguments) {
   // What hangs is ended with code 124.
-  const std::string command = "timeout 120 " TURGOR_PROGRAM " " + arguments + " 2>&1";
-  Outcome out{-1, {}};
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return out;
-  std::array<char, 4096> buffer;
-  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
-    out.text.append(buffer.data(), n);
-  const int status = ::pclose(pipe);
-  out.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return out;
+  return turgor::support::shell("timeout 120 " TURGOR_PROGRAM " " + arguments + " 2>&1");
 }
 
 inline std::string bytes_of(const fs::path& path) {
