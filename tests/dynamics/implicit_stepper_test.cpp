@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "support/largest_distance.hpp"
 #include "support/lattice_solid.hpp"
 #include "support/soft_blocks.hpp"
 #include "turgor/core/parallel.hpp"
@@ -12,6 +13,7 @@
 namespace turgor {
 namespace {
 
+using support::largest_distance;
 using support::Lattice;
 
 constexpr double kGravity = 0.00980665;  // mm/ms²
@@ -51,12 +53,6 @@ MotionModel standing_bar(const Lattice& lattice) {
   for (const Vec3& p : model.network.rest) model.mobile.push_back(static_cast<char>(p.z > 0));
   model.gravity_mm_ms2 = {0, 0, -kGravity};
   return model;
-}
-
-double largest_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, distance(a[i], b[i]));
-  return largest;
 }
 
 TEST(ImplicitStepper, AMassOnASpringFollowsTheRecurrenceOfImplicitEuler) {

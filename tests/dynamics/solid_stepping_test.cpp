@@ -5,6 +5,7 @@
 
 #include "dynamics/solid_blocks.hpp"
 #include "math/float_lanes.hpp"
+#include "support/largest_distance.hpp"
 #include "support/lattice_solid.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/core/random.hpp"
@@ -14,6 +15,7 @@
 namespace turgor {
 namespace {
 
+using support::largest_distance;
 using support::Lattice;
 
 enum class Shape : std::uint8_t { lattice, varying, arbitrary };
@@ -70,11 +72,6 @@ double largest(const std::vector<Vec3>& f) {
   for (const Vec3& v : f) most = std::max(most, length(v));
   return most;
 }
-double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-  double most = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, distance(a[i], b[i]));
-  return most;
-}
 
 /// By the energy's own route, element by element in double precision.
 std::vector<Vec3> reference(const MotionModel& model, const MotionState& state) {
@@ -119,7 +116,7 @@ TEST(SolidStepping, ForcesAreThoseOfTheNetworksElements) {
     for (const double amplitude : {1e-4, 0.1, 2.0}) {
       const MotionState state = shaken(stepper, amplitude);
       const auto f = reference(model, state);
-      EXPECT_LT(largest_difference(forces_at(stepper, state), f), 2e-10 * largest(f));
+      EXPECT_LT(largest_distance(forces_at(stepper, state), f), 2e-10 * largest(f));
     }
   }
 }
@@ -133,7 +130,7 @@ TEST(SolidStepping, ALatticeNotToldGivesTheSameForces) {
     const TimeStepper untold = prepared(model);
     const MotionState state = shaken(told, 0.2);
     const auto f = forces_at(told, state);
-    EXPECT_LT(largest_difference(f, forces_at(untold, state)), (exact ? 1e-12 : 2e-6) * largest(f));
+    EXPECT_LT(largest_distance(f, forces_at(untold, state)), (exact ? 1e-12 : 2e-6) * largest(f));
   }
 }
 
@@ -155,7 +152,7 @@ TEST(SolidStepping, SinglePrecisionIsNearToDouble) {
     const auto error = [&](const MotionState& state) {
       const auto f = forces_at(exact, state), g = forces_at(single, state);
       for (const Vec3& v : g) EXPECT_TRUE(is_finite(v));
-      return largest_difference(f, g) / largest(f);
+      return largest_distance(f, g) / largest(f);
     };
     for (const double strain : {1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0}) {
       MotionState state = shaken(exact, strain * l.edge_mm);
