@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "tissue/incidence.hpp"
 
 namespace turgor {
 namespace {
@@ -146,6 +149,18 @@ BarrierResponse respond(const Barrier& barrier, const Vec3& point) {
       break;
   }
   return sphere(barrier, point);
+}
+
+BarriersOfPoints::BarriersOfPoints(std::span<const Barrier> barriers, std::size_t points) {
+  std::vector<std::array<int, 2>> pairs;  // point, barrier
+  for (std::size_t b = 0; b < barriers.size(); ++b) {
+    if (barriers[b].points.empty()) everywhere_.push_back(static_cast<int>(b));
+    for (const int p : barriers[b].points) pairs.push_back({p, static_cast<int>(b)});
+  }
+  if (pairs.empty()) return;
+  listed_ = make_incidence(static_cast<int>(points), static_cast<int>(pairs.size()),
+                           [&](int e) { return pairs[at(e)][0]; });
+  for (int& entry : listed_.entries) entry = pairs[at(entry)][1];
 }
 
 }  // namespace turgor

@@ -42,18 +42,7 @@ PointTerms::PointTerms(const SpringNetwork& network, const NetworkEnergy& energy
 
 void PointTerms::set_loads(Loads loads) {
   loads_ = std::move(loads);
-  everywhere_.clear();
-  listed_ = {};
-  std::vector<std::array<int, 2>> pairs;  // point, barrier
-  for (std::size_t b = 0; b < loads_.barriers.size(); ++b) {
-    if (loads_.barriers[b].points.empty()) everywhere_.push_back(static_cast<int>(b));
-    for (const int p : loads_.barriers[b].points) pairs.push_back({p, static_cast<int>(b)});
-  }
-  if (!pairs.empty()) {
-    listed_ = make_incidence(static_cast<int>(rest_.size()), static_cast<int>(pairs.size()),
-                             [&](int e) { return pairs[at(e)][0]; });
-    for (int& entry : listed_.entries) entry = pairs[at(entry)][1];
-  }
+  barriers_of_ = {loads_.barriers, rest_.size()};
   update();
 }
 
@@ -81,21 +70,13 @@ Vec3 PointTerms::constant_force(std::size_t point) const {
   return loads_.force_n.empty() ? weight : weight + loads_.force_n[point];
 }
 
-template <class Visit>
-void PointTerms::visit_barriers(int point, Visit&& visit) const {
-  for (const int b : everywhere_) visit(loads_.barriers[at(b)]);
-  if (listed_.entries.empty()) return;
-  for (int k = listed_.offsets[at(point)]; k < listed_.offsets[at(point) + 1]; ++k)
-    visit(loads_.barriers[at(listed_.entries[at(k)])]);
-}
-
 double PointTerms::point_terms(int point, const Vec3& x, Vec3& force) const {
   const std::size_t p = at(point);
   const Vec3 constant = constant_force(p);
   force += constant;
   double energy = -dot(constant, x - rest_[p]);
-  visit_barriers(point, [&](const Barrier& b) {
-    const BarrierResponse r = respond(b, x);
+  barriers_of_.visit(point, [&](int b) {
+    const BarrierResponse r = respond(loads_.barriers[at(b)], x);
     force += r.force;
     energy += r.energy;
   });
@@ -129,8 +110,8 @@ void PointTerms::add_stiffness(std::span<const Vec3> positions, StiffnessMatrix&
       const int point = unknowns[row];
       if (!acts(point)) continue;
       Mat3 block{{Vec3{}, Vec3{}, Vec3{}}};
-      visit_barriers(point, [&](const Barrier& b) {
-        const BarrierResponse r = respond(b, positions[at(point)]);
+      barriers_of_.visit(point, [&](int b) {
+        const BarrierResponse r = respond(loads_.barriers[at(b)], positions[at(point)]);
         const Vec3 n = normalized(r.force);
         const Mat3 along = outer(n * r.slope, n);
         for (std::size_t c = 0; c < 3; ++c) block.c[c] += along.c[c];

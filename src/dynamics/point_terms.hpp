@@ -41,8 +41,6 @@ class PointTerms {
 
  private:
   [[nodiscard]] Vec3 constant_force(std::size_t point) const;
-  template <class Visit>
-  void visit_barriers(int point, Visit&& visit) const;
   double point_terms(int point, const Vec3& x, Vec3& force) const;
   [[nodiscard]] bool acts(int point) const { return acts_[static_cast<std::size_t>(point)] != 0; }
   void update();
@@ -54,8 +52,7 @@ class PointTerms {
   Loads loads_;
   const Inertia* inertia_ = nullptr;
   double scale_ = 0;
-  std::vector<int> everywhere_;      // barriers of all points
-  NetworkEnergy::Incidence listed_;  // the other barriers of each point
+  BarriersOfPoints barriers_of_;
 };
 
 }  // namespace turgor

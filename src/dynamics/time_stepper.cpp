@@ -11,7 +11,6 @@
 #include "dynamics/solid_blocks.hpp"
 #include "math/lanes.hpp"
 #include "tissue/area_element.hpp"
-#include "tissue/incidence.hpp"
 #include "tissue/spring_law.hpp"
 #include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
@@ -136,21 +135,7 @@ TimeStepper::TimeStepper(MotionModel model, std::optional<SurfaceContact> contac
     }
     decay_[at(p)] = 0.5 * damping[at(p)] / net.mass_g[at(p)];
   }
-  assign_barriers();
-}
-
-void TimeStepper::assign_barriers() {
-  everywhere_.clear();
-  listed_ = {};
-  std::vector<std::array<int, 2>> pairs;  // point, barrier
-  for (std::size_t b = 0; b < model_.barriers.size(); ++b) {
-    if (model_.barriers[b].points.empty()) everywhere_.push_back(static_cast<int>(b));
-    for (const int p : model_.barriers[b].points) pairs.push_back({p, static_cast<int>(b)});
-  }
-  if (pairs.empty()) return;
-  listed_ = make_incidence(static_cast<int>(model_.network.rest.size()), static_cast<int>(pairs.size()),
-                           [&](int e) { return pairs[at(e)][0]; });
-  for (int& entry : listed_.entries) entry = pairs[at(entry)][1];
+  barriers_of_ = {model_.barriers, net.rest.size()};
 }
 
 double TimeStepper::acting_share(const Spring& s) const {
@@ -169,7 +154,7 @@ Result<void> TimeStepper::set_rest_length(int spring, double rest_length_mm) {
 Result<void> TimeStepper::set_barriers(std::vector<Barrier> barriers) {
   TURGOR_CHECK(detail::check_barriers(barriers, model_.network.rest.size()));
   model_.barriers = std::move(barriers);
-  assign_barriers();
+  barriers_of_ = {model_.barriers, model_.network.rest.size()};
   return {};
 }
 
@@ -194,14 +179,6 @@ double TimeStepper::viscous_decay(int point) const {
   return std::max(0.0, decay_[at(point)] - 0.5 * model_.damping_g_ms / model_.network.mass_g[at(point)]);
 }
 
-template <class Visit>
-void TimeStepper::visit_barriers(int point, Visit&& visit) const {
-  for (const int b : everywhere_) visit(model_.barriers[at(b)]);
-  if (listed_.entries.empty()) return;
-  for (int k = listed_.offsets[at(point)]; k < listed_.offsets[at(point) + 1]; ++k)
-    visit(model_.barriers[at(listed_.entries[at(k)])]);
-}
-
 double TimeStepper::potential(std::span<const Vec3> x) const {
   const auto& net = model_.network;
   const double springs =
@@ -220,7 +197,8 @@ double TimeStepper::potential(std::span<const Vec3> x) const {
          parallel_sum(x.size(), kGrain, [&](std::size_t i) {
            if (!is_mobile(static_cast<int>(i))) return 0.0;
            double own = -net.mass_g[i] * dot(model_.gravity_mm_ms2, x[i]);
-           visit_barriers(static_cast<int>(i), [&](const Barrier& b) { own += respond(b, x[i]).energy; });
+           barriers_of_.visit(static_cast<int>(i),
+                              [&](int b) { own += respond(model_.barriers[at(b)], x[i]).energy; });
            return own;
          });
 }
@@ -274,9 +252,9 @@ TimeStepper::Outcome TimeStepper::pass(const MotionState& state, const MotionSta
     if (has_solids) force += solid_force(p);
     double stiffness = elastic.v[3];
     if (has_barriers) {
-      visit_barriers(p, [&](const Barrier& b) {
+      barriers_of_.visit(p, [&](int b) {
         const Vec3 here = x;  // so that x itself need not have an address, and stays in registers
-        const BarrierResponse r = respond(b, here);
+        const BarrierResponse r = respond(model_.barriers[at(b)], here);
         force += r.force;
         stiffness += kBarrierWeight * r.stiffness;
       });

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "turgor/core/error.hpp"
+#include "turgor/core/index.hpp"
 #include "turgor/geometry/surface_query.hpp"
-#include "turgor/tissue/network.hpp"
+#include "turgor/tissue/network_energy.hpp"
 
 namespace turgor {
 
@@ -60,5 +62,27 @@ struct BarrierResponse {
   double slope = 0;  ///< ≥ 0
 };
 BarrierResponse respond(const Barrier& barrier, const Vec3& point);
+
+/// Which of several barriers act on each point.
+class BarriersOfPoints {
+ public:
+  BarriersOfPoints() = default;
+  /// Of points 0 to `points` − 1; the barriers name no others.
+  BarriersOfPoints(std::span<const Barrier> barriers, std::size_t points);
+
+  /// visit(b) with the number of each that acts on the point: those of all points, then the others,
+  /// ascending.
+  template <class Visit>
+  void visit(int point, Visit&& visit) const {
+    for (const int b : everywhere_) visit(b);
+    if (listed_.entries.empty()) return;
+    for (int k = listed_.offsets[at(point)]; k < listed_.offsets[at(point) + 1]; ++k)
+      visit(listed_.entries[at(k)]);
+  }
+
+ private:
+  std::vector<int> everywhere_;
+  NetworkEnergy::Incidence listed_;
+};
 
 }  // namespace turgor

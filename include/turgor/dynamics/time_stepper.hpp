@@ -189,11 +189,8 @@ class TimeStepper {
 
   explicit TimeStepper(MotionModel model, std::optional<SurfaceContact> contact);
   [[nodiscard]] bool is_mobile(int point) const { return model_.mobile.empty() || model_.mobile[point] != 0; }
-  void assign_barriers();
   [[nodiscard]] double acting_share(const Spring& spring) const;
   [[nodiscard]] double spring_energy(std::size_t spring, std::span<const Vec3> position) const;
-  template <class Visit>
-  void visit_barriers(int point, Visit&& visit) const;
   void add_relaxation(const MotionState& state, Workspace& w) const;
   [[nodiscard]] double applied_energy(std::span<const Vec3> position) const;
   void add_applied(const MotionState& state, Workspace& w) const;
@@ -221,8 +218,7 @@ class TimeStepper {
   std::vector<double> decay_;  // for each point: half its damping over its mass, at most
   std::vector<Relaxing> relaxing_;
   std::optional<SurfaceContact> contact_;
-  std::vector<int> everywhere_;      // barriers that act on all mobile points
-  NetworkEnergy::Incidence listed_;  // the other barriers of each point
+  BarriersOfPoints barriers_of_;
 };
 
 }  // namespace turgor
