@@ -69,9 +69,9 @@ Result<ElasticBody> reference_of(const std::vector<ReferenceRegion>& regions, co
   return body;
 }
 
-Result<void> solve_reference(const VoxelElasticity& solver, const SolidMesh& mesh, PreparedLoad& load,
-                             Context& context, const std::string& where) {
-  TURGOR_TRY(const ElasticSolution solution, solver.solve(elastic_load(load), context));
+/// Takes what the reference answers to the load.
+Result<void> set_reference(const ElasticSolution& solution, const SolidMesh& mesh, PreparedLoad& load,
+                           const std::string& where) {
   if (!solution.converged) {
     return Error{ErrorKind::not_converged,
                  fmt::format("the reference does not come to rest under the load '{}'", load.name), where,
@@ -100,6 +100,51 @@ Result<std::vector<Vec3>> shape_under(const ForwardModel& model, std::span<const
 
 }  // namespace
 
+/// The reference, each way of holding it prepared once. What it is made from stays the caller's.
+class CalibrationCase::ReferenceSolver {
+ public:
+  ReferenceSolver(const SolidMesh& mesh, const ElasticBody& body, std::span<const int> held)
+      : mesh_(mesh), body_(body), held_(held) {}
+
+  Result<ElasticSolution> solve(const PreparedLoad& load, Context& context) {
+    if (!load.displaced.empty()) {
+      TURGOR_TRY(const VoxelElasticity apart, prepared(body_, load, context));
+      return apart.solve(elastic_load(load), context);
+    }
+    TURGOR_TRY(const VoxelElasticity* const solver, undisplaced(context));
+    return solver->solve(elastic_load(load), context);
+  }
+
+  /// Under Hooke's law, where no load displaces it.
+  Result<const VoxelElasticity*> hooke(Context& context) {
+    const auto is_linear = [](const ElasticMaterial& m) { return m.law == ElasticLaw::linear; };
+    if (std::ranges::all_of(body_.materials, is_linear)) return undisplaced(context);
+    if (!hooke_) {
+      ElasticBody linear = body_;
+      for (ElasticMaterial& m : linear.materials) m.law = ElasticLaw::linear;
+      TURGOR_TRY(hooke_, prepared(linear, {}, context));
+    }
+    return &*hooke_;
+  }
+
+ private:
+  Result<VoxelElasticity> prepared(const ElasticBody& body, const PreparedLoad& load,
+                                   Context& context) const {
+    return VoxelElasticity::prepare(mesh_, body, supports_of(held_, load), {}, context);
+  }
+  Result<const VoxelElasticity*> undisplaced(Context& context) {
+    if (!undisplaced_) {
+      TURGOR_TRY(undisplaced_, prepared(body_, {}, context));
+    }
+    return &*undisplaced_;
+  }
+
+  const SolidMesh& mesh_;
+  const ElasticBody& body_;
+  std::span<const int> held_;
+  std::optional<VoxelElasticity> undisplaced_, hooke_;
+};
+
 Result<CalibrationCase> CalibrationCase::prepare(CalibrationOptions options, Context& context) {
   CalibrationCase out;
   out.options_ = std::move(options);
@@ -107,8 +152,11 @@ Result<CalibrationCase> CalibrationCase::prepare(CalibrationOptions options, Con
   TURGOR_TRY(out.body_, reference_of(out.options_.reference, out.mesh_));
   TURGOR_CHECK(out.find_held());
   TURGOR_CHECK(out.place_loads());
-  TURGOR_CHECK(out.solve_references(context));
-  if (out.options_.probes.loads > 0) TURGOR_CHECK(out.add_probes(context));
+  {
+    ReferenceSolver solver(out.mesh_, out.body_, out.held_);
+    TURGOR_CHECK(out.solve_references(solver, context));
+    if (out.options_.probes.loads > 0) TURGOR_CHECK(out.add_probes(solver, context));
+  }
   if (std::ranges::none_of(out.loads_, [](const PreparedLoad& l) { return !l.held_out; })) {
     return bad_problem("there is no load to calibrate with",
                        "Declare one with load and force, or have some made up with probe");
@@ -145,28 +193,26 @@ Result<void> CalibrationCase::place_loads() {
   return {};
 }
 
-Result<void> CalibrationCase::solve_references(Context& context) {
+Result<void> CalibrationCase::solve_references(ReferenceSolver& solver, Context& context) {
   const Stage stage(context, "reference");
-  std::optional<VoxelElasticity> shared;  // of all loads that displace nothing
   for (std::size_t l = 0; l < loads_.size(); ++l) {
     context.progress(static_cast<double>(l) / static_cast<double>(loads_.size()));
-    PreparedLoad& load = loads_[l];
-    if (!shared || !load.displaced.empty()) {
-      TURGOR_TRY(shared, VoxelElasticity::prepare(mesh_, body_, supports_of(held_, load), {}, context));
-    }
-    TURGOR_CHECK(solve_reference(*shared, mesh_, load, context, options_.loads[l].where));
-    if (!load.displaced.empty()) shared.reset();
+    TURGOR_TRY(const ElasticSolution solution, solver.solve(loads_[l], context));
+    TURGOR_CHECK(set_reference(solution, mesh_, loads_[l], options_.loads[l].where));
   }
   return {};
 }
 
-Result<void> CalibrationCase::add_probes(Context& context) {
-  TURGOR_TRY(std::vector<PreparedLoad> probes,
-             probing_loads(options_.probes, mesh_, held_, body_, loads_, context));
-  TURGOR_TRY(const VoxelElasticity solver,
-             VoxelElasticity::prepare(mesh_, body_, supports_of(held_, {}), {}, context));
+Result<void> CalibrationCase::add_probes(ReferenceSolver& solver, Context& context) {
+  std::vector<PreparedLoad> probes;
+  {
+    const Stage stage(context, "loads that probe");
+    TURGOR_TRY(const VoxelElasticity* const hooke, solver.hooke(context));
+    TURGOR_TRY(probes, probing_loads(options_.probes, mesh_, held_, *hooke, loads_, context));
+  }
   for (PreparedLoad& load : probes) {
-    TURGOR_CHECK(solve_reference(solver, mesh_, load, context, {}));
+    TURGOR_TRY(const ElasticSolution solution, solver.solve(load, context));
+    TURGOR_CHECK(set_reference(solution, mesh_, load, {}));
     loads_.push_back(std::move(load));
   }
   return {};

@@ -18,9 +18,10 @@ Result<std::vector<char>> cubes_in(const RestRegion& region, const SolidMesh& me
 Result<PreparedLoad> place_load(const CalibrationLoad& load, const SolidMesh& mesh,
                                 std::span<const int> held);
 
-/// Of the reference under Hooke's law. `loads`: those there are, with their references.
+/// `hooke`: the reference under Hooke's law, of which only `held` is held. `loads`: those there are, with
+/// their references.
 Result<std::vector<PreparedLoad>> probing_loads(const ProbeOptions& options, const SolidMesh& mesh,
-                                                std::span<const int> held, const ElasticBody& body,
+                                                std::span<const int> held, const VoxelElasticity& hooke,
                                                 std::span<const PreparedLoad> loads, Context& context);
 
 /// All that holds the body: `held`, and what the load displaces.

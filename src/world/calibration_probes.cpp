@@ -101,13 +101,8 @@ Result<Candidate> candidate_at(int point, const SolidMesh& mesh, const Vec3& inw
 }  // namespace
 
 Result<std::vector<PreparedLoad>> probing_loads(const ProbeOptions& options, const SolidMesh& mesh,
-                                                std::span<const int> held, const ElasticBody& body,
+                                                std::span<const int> held, const VoxelElasticity& hooke,
                                                 std::span<const PreparedLoad> loads, Context& context) {
-  const Stage stage(context, "loads that probe");
-  ElasticBody linear = body;
-  for (ElasticMaterial& m : linear.materials) m.law = ElasticLaw::linear;
-  TURGOR_TRY(const VoxelElasticity hooke,
-             VoxelElasticity::prepare(mesh, linear, supports_of(held, {}), {}, context));
   std::vector<double> moved(mesh.points.size());
   for (const PreparedLoad& load : loads) {
     if (load.held_out) continue;

@@ -142,11 +142,13 @@ class CalibrationCase {
   [[nodiscard]] std::vector<double> guess() const;
 
  private:
+  class ReferenceSolver;
+
   CalibrationCase() = default;
   Result<void> find_held();
   Result<void> place_loads();
-  Result<void> solve_references(Context& context);
-  Result<void> add_probes(Context& context);
+  Result<void> solve_references(ReferenceSolver& solver, Context& context);
+  Result<void> add_probes(ReferenceSolver& solver, Context& context);
   Result<void> make_model();
   [[nodiscard]] ReferenceLoad reference_load(const PreparedLoad& load) const;
 
