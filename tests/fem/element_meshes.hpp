@@ -70,6 +70,23 @@ inline void hold(
     if (where(mesh.points[p])) supports.push_back({static_cast<int>(p), held, moved(mesh.points[p])});
 }
 
+/// Holds the points whose coordinate along the axis is 0.
+inline void hold_base(std::vector<NodeSupport>& supports, const ElementMesh& mesh, int axis) {
+  hold(
+      supports, mesh, [=](const Vec3& p) { return p[axis] < 1e-9; }, kAll);
+}
+
+/// Holds both ends of a body along the axis, its base and its far end, which is moved.
+inline void hold_ends(std::vector<NodeSupport>& supports, const ElementMesh& mesh, int axis,
+                      const Vec3& moved) {
+  hold_base(supports, mesh, axis);
+  double far = 0;
+  for (const Vec3& p : mesh.points) far = std::max(far, p[axis]);
+  hold(
+      supports, mesh, [=](const Vec3& p) { return p[axis] > far - 1e-9; }, kAll,
+      [=](const Vec3&) { return moved; });
+}
+
 /// The planes x = 0, y = 0 and z = 0 slide.
 inline std::vector<NodeSupport> symmetry_planes(const ElementMesh& mesh) {
   std::vector<NodeSupport> supports;

@@ -113,8 +113,7 @@ TEST(MeshElasticity, SmallLoadsAreHookesForEveryLaw) {
   for (const ElementKind kind : kElementKinds) {
     const ElementMesh mesh = box_mesh(kind, {8, 2, 2}, {8, 2, 2});
     ElasticSupports supports;
-    hold(
-        supports.nodes, mesh, [](const Vec3& p) { return p.x < 1e-9; }, kAll);
+    hold_base(supports.nodes, mesh, 0);
     ElasticLoad load;
     load.forces = {{static_cast<int>(mesh.points.size()) - 1, {0, 0, 1e-9}}};
     const ElasticSolution reference = solved(mesh, body_of(material_of(ElasticLaw::linear)), supports, load);
@@ -179,8 +178,7 @@ TEST(MeshElasticity, ABlockPressedOnAPlaneSlidesOnIt) {
 TEST(MeshElasticity, ContactsOpenWhereTheBodyIsLifted) {
   const ElementMesh mesh = box_mesh(ElementKind::hexahedra, {20, 1, 2}, {20, 1, 1});
   ElasticSupports supports;
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.x < 1e-9; }, kAll);
+  hold_base(supports.nodes, mesh, 0);
   for (int p = 0; p < static_cast<int>(mesh.points.size()); ++p)
     if (mesh.points[at(p)].z < 1e-9 && mesh.points[at(p)].x > 0.5)
       supports.contacts.push_back({p, {0, 0, 1}, 0, 0.01, 0});
@@ -207,13 +205,7 @@ TEST(MeshElasticity, ContactsOpenWhereTheBodyIsLifted) {
 TEST(MeshElasticity, WhatCannotComeToRestIsSaid) {
   const ElementMesh mesh = box_mesh(ElementKind::hexahedra, {2, 2, 2}, {1, 1, 1});
   ElasticSupports supports;
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.z < 1e-9; }, kAll);
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.z > 1 - 1e-9; }, kAll,
-      [](const Vec3&) {
-        return Vec3{0, 0, -1.5};
-      });  // through itself
+  hold_ends(supports.nodes, mesh, 2, {0, 0, -1.5});  // through itself
   for (const ElasticLaw law : {ElasticLaw::neo_hookean, ElasticLaw::mooney_rivlin}) {
     Context context;
     const auto s = solve_mesh(mesh, body_of(material_of(law)), supports, {}, {}, context);
@@ -241,13 +233,7 @@ TEST(MeshElasticity, WhatCannotComeToRestIsSaid) {
 TEST(MeshElasticity, GoesOnFromAnEarlierSolution) {
   const ElementMesh mesh = box_mesh(ElementKind::tetrahedra, {3, 2, 2}, {3, 2, 2});
   ElasticSupports supports;
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.x < 1e-9; }, kAll);
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.x > 3 - 1e-9; }, kAll,
-      [](const Vec3&) {
-        return Vec3{1.5, 0, 0.5};
-      });
+  hold_ends(supports.nodes, mesh, 0, {1.5, 0, 0.5});
   const ElasticBody body = body_of(material_of(ElasticLaw::mooney_rivlin));
   const ElasticSolution first = solved(mesh, body, supports, {});
   EXPECT_GT(first.newton_steps, 2);
@@ -261,8 +247,7 @@ TEST(MeshElasticity, GoesOnFromAnEarlierSolution) {
 TEST(MeshElasticity, SameBitsOnAnyNumberOfThreads) {
   const ElementMesh mesh = box_mesh(ElementKind::prisms, {5, 5, 4}, {5, 5, 4});
   ElasticSupports supports;
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.z < 1e-9; }, kAll);
+  hold_base(supports.nodes, mesh, 2);
   ElasticLoad load;
   load.gravity_mm_ms2 = {0.1, 0, -0.2};
   std::vector<ElasticSolution> all;
@@ -286,10 +271,7 @@ TEST(MeshElasticity, ATriangleIsAFaceThatNamesItsLastCornerTwice) {
 
 class BadMeshInput : public testing::Test {
  protected:
-  BadMeshInput() {
-    hold(
-        supports_.nodes, mesh_, [](const Vec3& p) { return p.z < 1e-9; }, kAll);
-  }
+  BadMeshInput() { hold_base(supports_.nodes, mesh_, 2); }
   void expect_error(const char* what) {
     Context context;
     const auto s = solve_mesh(mesh_, body_, supports_, load_, options_, context, start_);

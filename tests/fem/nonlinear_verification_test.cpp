@@ -124,6 +124,12 @@ TEST(MeshVerification, PulledOneWayAndTwoWaysIsTheClosedForm) {
   EXPECT_LT(worst_force, 1e-7);
 }
 
+// A material of its own for each element: none shares its mean with another.
+void set_apart(ElasticBody& body, const ElementMesh& mesh) {
+  body.materials.resize(mesh.size(), body.materials[0]);
+  for (std::size_t e = 0; e < mesh.size(); ++e) body.material.push_back(static_cast<std::uint8_t>(e));
+}
+
 // Cook's membrane (Cook 1974) in plane strain, n by n by 1 cubes; `apart`: each element alone takes its mean.
 struct Cook {
   ElementMesh mesh;
@@ -137,8 +143,7 @@ Cook cooks_membrane(ElementKind kind, int n, double traction) {
     return Vec3{48 * p.x, 44 * p.x + p.y * (44 * (1 - p.x) + 16 * p.x), p.z * 48 / n};
   });
   hold(cook.supports.nodes, cook.mesh, [](const Vec3&) { return true; }, {false, false, true});
-  hold(
-      cook.supports.nodes, cook.mesh, [](const Vec3& p) { return p.x < 1e-9; }, kAll);
+  hold_base(cook.supports.nodes, cook.mesh, 0);
   const auto number = [&](int j, int k) { return (k * (n + 1) + j) * (n + 1) + n; };
   for (int j = 0; j < n; ++j)
     cook.load.surfaces.push_back(
@@ -148,10 +153,7 @@ Cook cooks_membrane(ElementKind kind, int n, double traction) {
 }
 double cooks_corner(ElementKind kind, int n, ElasticBody body, double traction, bool apart = false) {
   const Cook cook = cooks_membrane(kind, n, traction);
-  if (apart) {
-    body.materials.resize(cook.mesh.size(), body.materials[0]);
-    for (std::size_t e = 0; e < cook.mesh.size(); ++e) body.material.push_back(static_cast<std::uint8_t>(e));
-  }
+  if (apart) set_apart(body, cook.mesh);
   return solved(cook.mesh, body, cook.supports, cook.load).displacement_mm[cook.corner].y;
 }
 
@@ -195,17 +197,8 @@ TEST(MeshVerification, CooksMembraneAtLargeStrains) {
 double bonded_force(ElementKind kind, int n, ElasticBody body, bool apart = false) {
   const ElementMesh mesh = box_mesh(kind, {n, n, n}, {1, 1, 1});
   ElasticSupports supports;
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.z < 1e-9; }, kAll);
-  hold(
-      supports.nodes, mesh, [](const Vec3& p) { return p.z > 1 - 1e-9; }, kAll,
-      [](const Vec3&) {
-        return Vec3{0, 0, -0.1};
-      });
-  if (apart) {
-    body.materials.resize(mesh.size(), body.materials[0]);
-    for (std::size_t e = 0; e < mesh.size(); ++e) body.material.push_back(static_cast<std::uint8_t>(e));
-  }
+  hold_ends(supports.nodes, mesh, 2, {0, 0, -0.1});
+  if (apart) set_apart(body, mesh);
   const ElasticSolution s = solved(mesh, body, supports, {});
   double force = 0;
   for (std::size_t p = 0; p < mesh.points.size(); ++p)
@@ -252,8 +245,7 @@ TEST(MeshVerification, ACantileverBentFarIsTheElastica) {
       ElasticSupports supports;
       // Held in its plane, for it would buckle out of it.
       hold(supports.nodes, mesh, [](const Vec3&) { return true; }, {false, true, false});
-      hold(
-          supports.nodes, mesh, [](const Vec3& p) { return p.x < 1e-9; }, kAll);
+      hold_base(supports.nodes, mesh, 0);
       ElasticLoad load;
       std::vector<std::size_t> end;
       for (std::size_t p = 0; p < mesh.points.size(); ++p)
