@@ -96,15 +96,32 @@ CubeStiffness coarsened(const CubeStiffness& stiffness) {
 
 namespace {
 
+// Weights of the corners of a coarse cube at those of its children.
+struct Weights {
+  double of[kCorners][kCorners][kCorners] = {};  // child, its corner, coarse corner
+
+  constexpr Weights() {
+    for (int child = 0; child < kCorners; ++child) {
+      for (int corner = 0; corner < kCorners; ++corner) {
+        for (int coarse = 0; coarse < kCorners; ++coarse) {
+          double weight = 1;
+          for (int a = 0; a < 3; ++a) {
+            const int place = ((child >> a) & 1) + ((corner >> a) & 1);
+            weight *= ((coarse >> a) & 1) != 0 ? 0.5 * place : 1 - 0.5 * place;
+          }
+          of[child][corner][coarse] = weight;
+        }
+      }
+    }
+  }
+};
+constexpr Weights kWeights;
+
 // out += Pᵀ in, for the eight rows of each component.
 void restrict_rows(const CubeMatrix& in, int child, CubeMatrix& out) {
   for (int corner = 0; corner < kCorners; ++corner) {
     for (int coarse = 0; coarse < kCorners; ++coarse) {
-      double weight = 1;
-      for (int a = 0; a < 3; ++a) {
-        const int place = ((child >> a) & 1) + ((corner >> a) & 1);
-        weight *= ((coarse >> a) & 1) != 0 ? 0.5 * place : 1 - 0.5 * place;
-      }
+      const double weight = kWeights.of[child][corner][coarse];
       if (weight == 0) continue;
       for (int c = 0; c < 3; ++c) {
         const double* from = &in[entry(kCorners * c + corner, 0)];

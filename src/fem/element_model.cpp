@@ -9,6 +9,7 @@
 #include <map>
 
 #include "fem/elastic_problem.hpp"
+#include "fem/law_stress.hpp"
 #include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 
@@ -20,40 +21,6 @@ constexpr std::size_t kGrain = 64;
 
 Eigen::Vector3d eigen(const Vec3& v) {
   return {v.x, v.y, v.z};
-}
-
-double determinant(const Tensor<double>& f) {
-  const Tensor<double> c = cofactor(f);
-  return f.m[0] * c.m[0] + f.m[1] * c.m[1] + f.m[2] * c.m[2];
-}
-
-SymmetricTensor symmetric_of(const Tensor<double>& a) {
-  const Tensor<double> s = a.symmetric();
-  return {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0)};
-}
-
-// ln V = ½ ln FFᵀ, to the digits of h.
-Tensor<double> log_stretch(const Tensor<double>& h) {
-  const Tensor<double> b = h + h.transposed() + h * h.transposed();  // FFᵀ − 1
-  using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(Eigen::Map<const Rows>(b.m));
-  const Eigen::Vector3d log = 0.5 * solver.eigenvalues().array().log1p();
-  const Eigen::Matrix3d v = solver.eigenvectors() * log.asDiagonal() * solver.eigenvectors().transpose();
-  return Tensor<double>::each([&](int i) { return v(i / 3, i % 3); });
-}
-
-Tensor<double> strain_of(const ElasticMaterial& m, const Tensor<double>& h) {
-  switch (m.law) {
-    case ElasticLaw::corotational:
-      return LawPoint<ElasticLaw::corotational, double>(h, moduli_of(m)).strain();
-    case ElasticLaw::st_venant_kirchhoff:
-      return h.symmetric() + (h.transposed() * h) * 0.5;
-    case ElasticLaw::neo_hookean:
-    case ElasticLaw::mooney_rivlin:
-      return log_stretch(h);
-    default:
-      return h.symmetric();
-  }
 }
 
 Eigen::Matrix<double, 9, 9> without_negative_curvature(const Eigen::Matrix<double, 9, 9>& c) {
@@ -269,25 +236,29 @@ void ElementModel::add_patch(const Patch& patch, const ElementState& state, cons
 
 Result<std::vector<ElementStress>> ElementModel::stress(std::span<const Vec3> displacement_mm,
                                                         const ElementState& state) const {
-  std::vector<ElementStress> out;
-  for (std::size_t e = 0; e < elements_.size(); ++e) {
-    const Element& element = elements_[e];
-    Tensor<double> strain{}, cauchy{};
-    for (std::size_t g = element.first; g < element.first + element.count; ++g) {
-      const Tensor<double> h = gradient(element, g, displacement_mm), f = h + Tensor<double>::unit();
-      Tensor<double> stress = state.point[g].stress + state.point[g].theta_gradient * state.pressure_mpa[e];
-      if (element.material.law != ElasticLaw::linear) {
-        const double j = determinant(f);
-        if (!(j > kLeastVolumeRatio)) return turned_over(e);
-        stress = (stress * f.transposed()) * (1 / j);
-      }
-      const double weight = gauss_[g].volume / element.volume;
-      cauchy = cauchy + stress * weight;
-      strain = strain + strain_of(element.material, h) * weight;
-    }
-    out.push_back({symmetric_of(strain), symmetric_of(cauchy)});
-  }
+  std::vector<ElementStress> out(elements_.size());
+  const std::size_t none = elements_.size();
+  const std::size_t bad = parallel_reduce<std::size_t>(
+      elements_.size(), kGrain, none,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e)
+          if (!stress_of(e, displacement_mm, state, out[e])) return e;
+        return none;
+      },
+      [](std::size_t a, std::size_t b) { return std::min(a, b); });
+  if (bad < none) return turned_over(bad);
   return out;
+}
+
+bool ElementModel::stress_of(std::size_t e, std::span<const Vec3> displacement_mm, const ElementState& state,
+                             ElementStress& out) const {
+  const Element& element = elements_[e];
+  StressMean mean(element.material, state.pressure_mpa[e]);
+  for (std::size_t g = element.first; g < element.first + element.count; ++g)
+    if (!mean.add(gradient(element, g, displacement_mm), state.point[g], gauss_[g].volume / element.volume))
+      return false;
+  out = mean.stress();
+  return true;
 }
 
 void ElementModel::add_gravity(const Vec3& acceleration, std::vector<Vec3>& force_n) const {

@@ -76,6 +76,9 @@ class ElementModel {
   void make_patches(const ElementMesh& mesh, const ElasticBody& body);
   [[nodiscard]] Tensor<double> gradient(const Element& e, std::size_t g, std::span<const Vec3> u) const;
   void add_forces(const Element& e, std::span<const Vec3> u, double pressure, ElementState& state) const;
+  // False where the element is turned over.
+  bool stress_of(std::size_t e, std::span<const Vec3> displacement_mm, const ElementState& state,
+                 ElementStress& out) const;
   [[nodiscard]] ElementMatrix stiffness(const Element& e, std::span<const Vec3> u, double pressure,
                                         bool definite) const;
   void add_patch(const Patch& patch, const ElementState& state, const AddBlock& add) const;

@@ -7,6 +7,9 @@
 #include <limits>
 
 #include "fem/elastic_problem.hpp"
+#include "fem/element_model.hpp"
+#include "fem/element_shapes.hpp"
+#include "fem/law_stress.hpp"
 #include "fem/rigid_pieces.hpp"
 #include "fem/voxel_solver.hpp"
 #include "turgor/core/index.hpp"
@@ -70,8 +73,10 @@ Result<VoxelElasticity> VoxelElasticity::prepare(const SolidMesh& solid, Elastic
                                                              parts->shear, parts->bulk, nullptr);
   const auto& materials = parts->body.materials;
   if (std::any_of(materials.begin(), materials.end(),
-                  [](const ElasticMaterial& m) { return m.law != ElasticLaw::linear; }))
+                  [](const ElasticMaterial& m) { return m.law != ElasticLaw::linear; })) {
     parts->laws = std::make_unique<detail::VoxelLaws>(n, parts->body, solid.spacing);
+    parts->set_cubes_of();
+  }
   TURGOR_CHECK(parts->set_cycle(context));
   return VoxelElasticity(std::move(parts));
 }
@@ -84,7 +89,7 @@ Result<void> VoxelElasticity::set_displacements(std::span<const Vec3> displaceme
   return {};
 }
 
-Result<void> VoxelElasticity::set_contacts(std::span<const Contact> contacts, Context& context) {
+Result<void> VoxelElasticity::set_contacts(std::span<const Contact> contacts) {
   Parts& parts = *parts_;
   if (contacts.size() != parts.supports.contacts.size())
     return detail::bad_elasticity(
@@ -98,7 +103,7 @@ Result<void> VoxelElasticity::set_contacts(std::span<const Contact> contacts, Co
   }
   parts.supports.contacts.assign(contacts.begin(), contacts.end());
   parts.set_contacts();
-  return parts.set_cycle(context);
+  return {};
 }
 
 Result<ElasticSolution> VoxelElasticity::solve(const ElasticLoad& load, Context& context,
@@ -112,32 +117,52 @@ Result<ElasticSolution> VoxelElasticity::solve(const ElasticLoad& load, Context&
   return detail::VoxelSolver(parts, std::move(force), context).solve(from);
 }
 
+namespace {
+
+// Of one cube; false where it is turned over.
+bool law_stress(const std::vector<detail::GaussPoint>& points, const std::array<Vec3, 8>& moved,
+                const ElasticMaterial& material, ElementStress& out) {
+  std::array<detail::Tensor<double>, 8> h{};
+  std::array<detail::LawResponse, 8> response;
+  double theta = 0;
+  for (std::size_t g = 0; g < 8; ++g) {
+    for (std::size_t n = 0; n < 8; ++n)
+      for (int i = 0; i < 9; ++i) h[g].m[i] += moved[n][i / 3] * points[g].gradient[n][i % 3];
+    response[g] = detail::law_response(material, h[g]);
+    if (!response[g].valid) return false;
+    theta += response[g].theta / 8;
+  }
+  detail::StressMean mean(material, material.bulk_modulus() * theta);
+  for (std::size_t g = 0; g < 8; ++g)
+    if (!mean.add(h[g], response[g], 1.0 / 8)) return false;
+  out = mean.stress();
+  return true;
+}
+
+}  // namespace
+
 Result<std::vector<ElementStress>> VoxelElasticity::stress(std::span<const Vec3> displacement_mm) const {
   const Parts& parts = *parts_;
   TURGOR_CHECK(detail::check_displacement(displacement_mm, parts.points.size()));
-  if (parts.laws != nullptr)
-    return mesh_stress({parts.points, parts.numbering.cubes, {}, {}}, parts.body, displacement_mm);
   const auto& cubes = parts.numbering.cubes;
+  std::array<Vec3, 8> corner;
+  for (std::size_t n = 0; n < 8; ++n)
+    for (int a = 0; a < 3; ++a) corner[n][a] = ((detail::kCornerBits[n] >> a) & 1) * parts.spacing;
+  std::vector<detail::GaussPoint> points;
+  detail::add_gauss_points(corner, points);
   std::vector<ElementStress> out(cubes.size());
-  const double slope = 1 / (4 * parts.spacing);
-  parallel_for(cubes.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t e = begin; e < end; ++e) {
-      std::array<Vec3, 3> along{};  // ∂u/∂x, ∂u/∂y, ∂u/∂z at the centre, which are the means
-      for (std::size_t n = 0; n < 8; ++n) {
-        const Vec3& u = displacement_mm[at(cubes[e][n])];
-        for (std::size_t a = 0; a < 3; ++a)
-          along[a] += u * (((detail::kCornerBits[n] >> a) & 1) != 0 ? slope : -slope);
-      }
-      SymmetricTensor& s = out[e].strain;
-      s = {along[0].x,
-           along[1].y,
-           along[2].z,
-           0.5 * (along[1].x + along[0].y),
-           0.5 * (along[2].y + along[1].z),
-           0.5 * (along[0].z + along[2].x)};
-      out[e].stress_mpa = stress_of(s, parts.body.of(e));
-    }
-  });
+  const std::size_t bad = parallel_reduce<std::size_t>(
+      cubes.size(), 256, cubes.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) {
+          std::array<Vec3, 8> moved;
+          for (std::size_t n = 0; n < 8; ++n) moved[n] = displacement_mm[at(cubes[e][n])];
+          if (!law_stress(points, moved, parts.body.of(e), out[e])) return e;
+        }
+        return cubes.size();
+      },
+      [](std::size_t a, std::size_t b) { return std::min(a, b); });
+  if (bad < cubes.size()) return detail::turned_over(bad);
   return out;
 }
 

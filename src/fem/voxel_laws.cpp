@@ -1,43 +1,27 @@
 #include "fem/voxel_laws.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <array>
 #include <bit>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "fem/law_response.hpp"
+#include "fem/packed_lanes.hpp"
 #include "turgor/core/parallel.hpp"
 
 namespace turgor::detail {
 namespace {
 
 constexpr std::size_t kPoints = 8, kCorners = 8;
+// Stiffness of a cube's modes against which it may bend downwards, relative to its shear modulus: its
+// neighbours hold it.
+constexpr double kBearable = 0.1;
 constexpr double kGauss = 0.57735026918962576;  // 1/√3
 
 template <class R>
 inline constexpr std::size_t kLanes = static_cast<std::size_t>(Pack<R>::lanes);
-
-// Values at corners (or points) to modes: sums with the modes' signs; and back, without the eighth.
-template <class R>
-inline void to_modes(R (&v)[8]) {
-  for (const unsigned bit : {1U, 2U, 4U}) {
-    for (unsigned i = 0; i < 8; ++i) {
-      if ((i & bit) != 0) continue;
-      const R low = v[i], high = v[i | bit];
-      v[i] = low + high, v[i | bit] = high - low;
-    }
-  }
-}
-template <class R>
-inline void from_modes(R (&v)[8]) {
-  for (const unsigned bit : {1U, 2U, 4U}) {
-    for (unsigned i = 0; i < 8; ++i) {
-      if ((i & bit) != 0) continue;
-      const R constant = v[i], along = v[i | bit];
-      v[i] = constant - along, v[i | bit] = constant + along;
-    }
-  }
-}
 
 constexpr double gauss_power(unsigned mode) {
   double p = 1;
@@ -261,12 +245,8 @@ void add_forces(const Tensor<Lanes> (&h)[kPoints], const LaneModuli<Lanes>& modu
   add_stresses(stress, number<Lanes>(weight / (4 * spacing)), force);
 }
 
-constexpr std::size_t packed(std::size_t row, std::size_t column) {  // row ≤ column
-  return row * VoxelLaws::kModes - row * (row + 1) / 2 + column;
-}
-constexpr std::size_t of_tangent(int a, int b) {  // of 45, symmetric
-  const auto row = static_cast<std::size_t>(a < b ? a : b), column = static_cast<std::size_t>(a < b ? b : a);
-  return row * 9 - row * (row + 1) / 2 + column;
+constexpr std::size_t of_tangent(int a, int b) {  // of 45
+  return packed<9>(static_cast<std::size_t>(a < b ? a : b), static_cast<std::size_t>(a < b ? b : a));
 }
 
 // Which moments of the tangent at the points each packed number is the sum of, and times what.
@@ -282,7 +262,7 @@ struct StiffnessTable {
     for (unsigned p = 0; p < VoxelLaws::kModes; ++p) {
       for (unsigned q = p; q < VoxelLaws::kModes; ++q) {
         const unsigned s = p % 7 + 1, t = q % 7 + 1;
-        Entry& entry = entries[packed(p, q)];
+        Entry& entry = entries[packed<VoxelLaws::kModes>(p, q)];
         entry.first = static_cast<std::uint16_t>(terms.size());
         for (unsigned i = 0; i < 3; ++i)
           for (unsigned j = 0; j < 3; ++j)
@@ -328,25 +308,47 @@ void add_stiffness(const Tensor<Floats> (&h)[kPoints], const LaneModuli<Floats>&
   const Floats stiff = moduli.bulk * number<Floats>(1 / volume);
   for (std::size_t p = 0; p < VoxelLaws::kModes; ++p) {
     const Floats of_row = b[p / 7][p % 7 + 1] * stiff;
-    for (std::size_t q = p; q < VoxelLaws::kModes; ++q) matrix[packed(p, q)] += of_row * b[q / 7][q % 7 + 1];
+    for (std::size_t q = p; q < VoxelLaws::kModes; ++q)
+      matrix[packed<VoxelLaws::kModes>(p, q)] += of_row * b[q / 7][q % 7 + 1];
   }
 }
 
-// y = M x for eight cubes.
-void multiply_packed(const float* matrix, const Floats (&x)[VoxelLaws::kModes],
-                     Floats (&y)[VoxelLaws::kModes]) {
-  for (Floats& v : y) v = Floats{};
-  for (std::size_t p = 0; p < VoxelLaws::kModes; ++p) {
-    const Floats own = x[p];
-    Floats sum = multiply_add<Floats>(load<Floats>(matrix), own, y[p]);
-    matrix += kBlockCells;
-    for (std::size_t q = p + 1; q < VoxelLaws::kModes; ++q, matrix += kBlockCells) {
-      const Floats m = load<Floats>(matrix);
-      sum = multiply_add<Floats>(m, x[q], sum);
-      y[q] = multiply_add<Floats>(m, own, y[q]);
+// The smallest pivot of Gauss's elimination of eight matrices, with a shift of their diagonals.
+Floats least_pivot(const float* matrix, const Floats& shift) {
+  constexpr std::size_t n = VoxelLaws::kModes;
+  Floats a[VoxelLaws::kPacked];
+  std::memcpy(a, matrix, sizeof a);
+  Floats least = number<Floats>(1e30);
+  for (std::size_t p = 0; p < n; ++p) a[packed<VoxelLaws::kModes>(p, p)] += shift;
+  for (std::size_t p = 0; p < n; ++p) {
+    const Floats pivot = a[packed<VoxelLaws::kModes>(p, p)];
+    for (std::size_t lane = 0; lane < kBlockCells; ++lane) least[lane] = std::min(least[lane], pivot[lane]);
+    const Floats inverse = number<Floats>(1) / pivot;
+    for (std::size_t q = p + 1; q < n; ++q) {
+      const Floats factor = a[packed<VoxelLaws::kModes>(p, q)] * inverse;
+      for (std::size_t r = q; r < n; ++r)
+        a[packed<VoxelLaws::kModes>(q, r)] -= factor * a[packed<VoxelLaws::kModes>(p, r)];
     }
-    y[p] = sum;
   }
+  return least;
+}
+
+// The matrix of one of eight cubes with the absolute values of its eigenvalues.
+void convexify_packed(std::size_t lane, float* matrix) {
+  constexpr auto n = static_cast<Eigen::Index>(VoxelLaws::kModes);
+  Eigen::Matrix<double, n, n> whole;
+  const auto number = [&](Eigen::Index p, Eigen::Index q) -> float& {
+    return matrix[packed<VoxelLaws::kModes>(static_cast<std::size_t>(p), static_cast<std::size_t>(q)) *
+                      kBlockCells +
+                  lane];
+  };
+  for (Eigen::Index p = 0; p < n; ++p)
+    for (Eigen::Index q = p; q < n; ++q) whole(q, p) = static_cast<double>(number(p, q));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, n, n>> eigen(whole);
+  whole =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseAbs().asDiagonal() * eigen.eigenvectors().transpose();
+  for (Eigen::Index p = 0; p < n; ++p)
+    for (Eigen::Index q = p; q < n; ++q) number(p, q) = static_cast<float>(whole(q, p));
 }
 
 template <ElasticLaw law>
@@ -450,6 +452,25 @@ void VoxelLaws::linearise(const double* u, Matrices& matrices) const {
   });
 }
 
+std::size_t VoxelLaws::convexify(Matrices& matrices) const {
+  std::vector<std::size_t> changed(static_cast<std::size_t>(rows_->cells[2]));
+  parallel_for(changed.size(), 1, [&](std::size_t k, std::size_t) {
+    for_blocks(static_cast<int>(k), [&](std::size_t cell, const Corners&, std::uint8_t, std::size_t number) {
+      float* matrix = matrices.data() + number * kPacked * kBlockCells;
+      Floats shift;
+      for (std::size_t i = 0; i < kBlockCells; ++i)
+        shift[i] = static_cast<float>(kBearable * shear_[cell + i] / spacing_);
+      const Floats pivot = least_pivot(matrix, shift);
+      for (std::size_t lane = 0; lane < kBlockCells; ++lane) {
+        if (law_[cell + lane] == 0 || pivot[lane] > 0) continue;
+        convexify_packed(lane, matrix);
+        ++changed[k];
+      }
+    });
+  });
+  return std::accumulate(changed.begin(), changed.end(), std::size_t{0});
+}
+
 void VoxelLaws::apply(const Matrices& matrices, const double* in, double* out, const PlaneDone& done) const {
   in_slabs(*rows_, out, done, [&](int k) {
     for_blocks(k, [&](std::size_t, const Corners& corners, std::uint8_t, std::size_t number) {
@@ -457,7 +478,7 @@ void VoxelLaws::apply(const Matrices& matrices, const double* in, double* out, c
       Floats x[kModes], y[kModes];
       load_modes<Floats>(corners, 0, in, m);
       for (std::size_t i = 0; i < kModes; ++i) x[i] = m[i / 7][i % 7 + 1];
-      multiply_packed(matrices.data() + number * kPacked * kBlockCells, x, y);
+      multiply_packed<kModes>(matrices.data() + number * kPacked * kBlockCells, x, y);
       for (auto& of_component : m) of_component[0] = Floats{};
       for (std::size_t i = 0; i < kModes; ++i) m[i / 7][i % 7 + 1] = y[i];
       add_modes<Floats>(corners, 0, m, out);

@@ -33,6 +33,9 @@ class VoxelLaws {
   static constexpr std::size_t kModes = 21, kPacked = kModes * (kModes + 1) / 2;
   [[nodiscard]] std::size_t matrices_size() const { return blocks_ * kPacked * kBlockCells; }
   void linearise(const double* u, Matrices& matrices) const;
+  /// Makes the cubes convex that bend downwards: their matrices take the absolute values of their eigenvalues
+  /// (Chen et al. 2024, "Stabler neo-Hookean simulation"). Returns how many.
+  std::size_t convexify(Matrices& matrices) const;
   /// out = stiffness · in.
   void apply(const Matrices& matrices, const double* in, double* out, const PlaneDone& done) const;
 

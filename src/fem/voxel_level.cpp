@@ -135,8 +135,9 @@ void VoxelLevel::finish(const std::vector<std::uint8_t>& held) {
     const bool out = !(diagonal[i] > 0) || (!held.empty() && held[i] != 0);
     scaling[i] = out ? 0.0F : 1.0F / diagonal[i];
   }
-  stiffness_operator = std::make_unique<VoxelOperator<float>>(rows, stiffness, shear, bulk,
-                                                              dense.cells.empty() ? nullptr : &dense);
+  if (!dense.cells.empty()) dense_blocks = std::make_unique<DenseBlocks>(dense);
+  stiffness_operator =
+      std::make_unique<VoxelOperator<float>>(rows, stiffness, shear, bulk, dense_blocks.get());
   largest_eigenvalue = detail::largest_eigenvalue(*this);
 }
 

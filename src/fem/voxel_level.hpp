@@ -66,6 +66,7 @@ struct VoxelLevel {
   CubeStiffness stiffness;         ///< of a cell of unit moduli
   std::vector<float> shear, bulk;  ///< of each cell of the rows
   DenseCells dense;                ///< those of one place follow one another
+  std::unique_ptr<DenseBlocks> dense_blocks;
   std::vector<int> dense_of;  ///< the first of them for each cell of the rows, −1: none; empty: none at all
   /// On the finest: whether a component of the cell's nodes is held, or lies on a plane.
   std::vector<std::uint8_t> held_cell;

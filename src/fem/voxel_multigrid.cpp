@@ -14,10 +14,10 @@ constexpr std::size_t kDirectUnknowns = 900;
 // Stiffness added to the coarsest level's diagonal, relative to it: coarse functions of which little is left
 // beside what is held need not be independent.
 constexpr double kShift = 1e-12;
-// Smoothing steps of the first coarse level for each of the finest, of each one below for each of the one
-// above, and at most. Coarse cells that the boundary cuts are stiffer than what they stand for, and the more
-// levels there are the more that adds up; coarse work costs little, an eighth from level to level.
-constexpr int kFirstFactor = 3, kFactor = 2, kMostSteps = 200;
+// Smoothing steps of each level below the first coarse one for each of the one above, and at most. Coarse
+// cells that the boundary cuts are stiffer than what they stand for, and the more levels there are the more
+// that adds up; coarse work costs little, an eighth from level to level.
+constexpr int kFactor = 2, kMostSteps = 200;
 
 std::size_t active_values(const VoxelLevel& level) {
   return level.scaling.size() -
@@ -37,10 +37,10 @@ VoxelMultigrid& VoxelMultigrid::operator=(VoxelMultigrid&&) noexcept = default;
 VoxelMultigrid::~VoxelMultigrid() = default;
 
 Result<VoxelMultigrid> VoxelMultigrid::build(std::unique_ptr<VoxelLevel> finest,
-                                             const std::vector<std::uint8_t>& held, int smoothing_steps,
+                                             const std::vector<std::uint8_t>& held, Smoothing smoothing,
                                              const Context& context) {
   VoxelMultigrid m;
-  m.smoothing_steps_ = smoothing_steps;
+  m.smoothing_ = smoothing;
   m.levels_.push_back(std::move(finest));
   for (;;) {
     TURGOR_CHECK(context.check());
@@ -133,8 +133,9 @@ void advance(float keep, float add, std::size_t count, const float* __restrict i
 }  // namespace
 
 int VoxelMultigrid::steps_of(std::size_t number) const {
-  int steps = smoothing_steps_;
-  for (std::size_t n = 0; n < number && steps < kMostSteps; ++n) steps *= n == 0 ? kFirstFactor : kFactor;
+  int steps = smoothing_.steps;
+  for (std::size_t n = 0; n < number && steps < kMostSteps; ++n)
+    steps *= n == 0 ? smoothing_.first_factor : kFactor;
   return number == 0 ? steps : std::min(steps, kMostSteps);
 }
 

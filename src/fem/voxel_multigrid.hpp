@@ -10,11 +10,16 @@
 
 namespace turgor::detail {
 
+/// Steps of the finest level, before and after; and how many times as many the first coarse one takes.
+struct Smoothing {
+  int steps = 4, first_factor = 3;
+};
+
 class VoxelMultigrid {
  public:
   /// `finest`: finished. `held`: of each of its values.
   static Result<VoxelMultigrid> build(std::unique_ptr<VoxelLevel> finest,
-                                      const std::vector<std::uint8_t>& held, int smoothing_steps,
+                                      const std::vector<std::uint8_t>& held, Smoothing smoothing,
                                       const Context& context);
   VoxelMultigrid(VoxelMultigrid&&) noexcept;
   VoxelMultigrid& operator=(VoxelMultigrid&&) noexcept;
@@ -55,7 +60,7 @@ class VoxelMultigrid {
 
   std::vector<std::unique_ptr<VoxelLevel>> levels_;
   std::unique_ptr<Coarsest> coarsest_;
-  int smoothing_steps_ = 2;
+  Smoothing smoothing_;
 };
 
 }  // namespace turgor::detail

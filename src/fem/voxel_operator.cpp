@@ -170,7 +170,7 @@ CubeModes<T> scaled(const CubeModes<double>& m) {
 template <class T>
 VoxelOperator<T>::VoxelOperator(const VoxelRows& rows, const CubeStiffness& stiffness,
                                 const std::vector<T>& shear, const std::vector<T>& bulk,
-                                const DenseCells* dense)
+                                const DenseBlocks* dense)
     : rows_(&rows),
       shear_(scaled<T>(stiffness.shear)),
       bulk_(scaled<T>(stiffness.bulk)),
@@ -198,30 +198,8 @@ void VoxelOperator<T>::layer(int k, const T* in, T* out) const {
       for (int c = 0; c < 3; ++c) beam.out[q][c][count] += beam.carry[q][c][kWidth<T> - 1];
     }
   }
-  if (dense_ == nullptr) return;
-  for (int c = dense_->layers[static_cast<std::size_t>(k)];
-       c < dense_->layers[static_cast<std::size_t>(k) + 1]; ++c)
-    dense_cell(dense_->cells[static_cast<std::size_t>(c)], in, out);
-}
-
-template <class T>
-void VoxelOperator<T>::dense_cell(const DenseCell& cell, const T* in, T* out) const {
-  constexpr std::size_t width = kWidth<double>, packs = kCubeUnknowns / width;
-  const double* matrix = dense_->matrix(cell.matrix);
-  Pack<double> force[packs] = {};
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      const auto v = static_cast<double>(in[cell.corners[corner].component(c)]);
-      for (std::size_t p = 0; p < packs; ++p) force[p] += load(matrix + width * p) * v;
-      matrix += kCubeUnknowns;
-    }
-  }
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      const std::size_t unknown = 8 * c + corner;
-      out[cell.corners[corner].component(c)] += static_cast<T>(force[unknown / width][unknown % width]);
-    }
-  }
+  if constexpr (std::is_same_v<T, float>)
+    if (dense_ != nullptr) dense_->add(k, in, out);
 }
 
 template <class T>

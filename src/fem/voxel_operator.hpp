@@ -1,9 +1,9 @@
 // The stiffness of a lattice of cubes times a vector, without a matrix. Internal.
 //
 // Cells of one material are alike but for two moduli: eight of a row at once are brought to the basis of
-// modes, multiplied there (45 of 576 numbers are not zero), and brought back. Cells that differ, where coarse
-// ones are cut by the boundary, have matrices of their own. Layers of cells go to tasks in slabs, first those
-// of even number and then the odd ones, so that no two add to one plane and the sums have one order.
+// modes, multiplied there (45 of 576 numbers are not zero), and brought back. Layers of cells go to tasks in
+// slabs, first those of even number and then the odd ones, so that no two add to one plane and the sums have
+// one order.
 #pragma once
 
 #include <algorithm>
@@ -11,31 +11,10 @@
 #include <functional>
 #include <vector>
 
-#include "fem/cube_element.hpp"
-#include "fem/voxel_rows.hpp"
+#include "fem/dense_cells.hpp"
 #include "turgor/core/parallel.hpp"
-#include "turgor/geometry/bulk_array.hpp"
 
 namespace turgor::detail {
-
-struct DenseCell {
-  int i = 0, j = 0, k = 0;
-  int matrix = 0;
-  std::array<NodePlace, 8> corners;  ///< by bits x 1, y 2, z 4
-};
-
-/// The cells that have matrices of their own, by layers: cells layers[k] to layers[k + 1] − 1 are in layer k.
-struct DenseCells {
-  std::vector<DenseCell> cells;
-  std::vector<int> layers;
-  /// kCubeUnknowns² each. In double precision, unlike all else below the finest level: rigid motions must be
-  /// free of energy to far below the softest bending of a slender body.
-  BulkArray<double> matrices;
-
-  [[nodiscard]] const double* matrix(int number) const {
-    return matrices.data() + static_cast<std::size_t>(number) * kCubeUnknowns * kCubeUnknowns;
-  }
-};
 
 /// Called with the values [begin, end) of a plane once their sums are complete; may change the vector that is
 /// multiplied there.
@@ -70,20 +49,19 @@ template <class T>
 class VoxelOperator {
  public:
   /// `shear` and `bulk`: moduli of each cell of the rows, zero where there is none or one with a matrix of
-  /// its own. Everything is referred to. `dense` may be null.
+  /// its own. Everything is referred to. `dense` may be null, and is so in double precision.
   VoxelOperator(const VoxelRows& rows, const CubeStiffness& stiffness, const std::vector<T>& shear,
-                const std::vector<T>& bulk, const DenseCells* dense);
+                const std::vector<T>& bulk, const DenseBlocks* dense);
   /// out = K in.
   void apply(const T* in, T* out, const PlaneDone& done) const;
 
  private:
   void layer(int k, const T* in, T* out) const;
-  void dense_cell(const DenseCell& cell, const T* in, T* out) const;
 
   const VoxelRows* rows_;
   CubeModes<T> shear_, bulk_;
   const std::vector<T>*shear_of_, *bulk_of_;
-  const DenseCells* dense_;
+  const DenseBlocks* dense_;
   std::vector<std::uint8_t> used_;  // of each block of cells: whether any has a modulus
 };
 

@@ -13,11 +13,14 @@ constexpr double kHolds = 1;
 // Of the mean deformation about a node, below which it is left aside.
 constexpr double kLeastVolume = 0.05;
 
-// Near incompressibility the smoother has to do more, as coarse lattices are too stiff.
-int smoothing_steps_for(const ElasticBody& body) {
+// Near incompressibility the smoother has to do more, as coarse lattices are too stiff. Where each system is
+// solved to a tenth alone, as of laws that are not linear, cheaper cycles are quicker.
+Smoothing smoothing_of(const VoxelProblem& problem) {
+  if (problem.options.smoothing_steps > 0) return {problem.options.smoothing_steps, 1};
+  if (problem.laws != nullptr) return {4, 1};
   double largest = 0;
-  for (const ElasticMaterial& m : body.materials) largest = std::max(largest, m.poissons_ratio);
-  return largest <= 0.4 ? 4 : largest <= 0.46 ? 5 : largest < 0.48 ? 6 : 8;
+  for (const ElasticMaterial& m : problem.body.materials) largest = std::max(largest, m.poissons_ratio);
+  return {largest <= 0.4 ? 4 : largest <= 0.46 ? 5 : largest < 0.48 ? 6 : 8, 3};
 }
 
 }  // namespace
@@ -69,6 +72,17 @@ void VoxelProblem::set_contacts() {
             [](const LatticeContact& a, const LatticeContact& b) { return a.node.value < b.node.value; });
 }
 
+void VoxelProblem::set_cubes_of() {
+  first_cube.assign(points.size() + 1, 0);
+  for (const auto& cube : numbering.cubes)
+    for (const int node : cube) ++first_cube[at(node) + 1];
+  for (std::size_t n = 0; n < points.size(); ++n) first_cube[n + 1] += first_cube[n];
+  cubes_of.resize(first_cube.back());
+  std::vector<std::size_t> next(first_cube.begin(), first_cube.end() - 1);
+  for (std::size_t e = 0; e < numbering.cubes.size(); ++e)
+    for (const int node : numbering.cubes[e]) cubes_of[next[at(node)]++] = static_cast<int>(e);
+}
+
 std::span<const LatticeContact> VoxelProblem::contacts_in(std::size_t begin, std::size_t end) const {
   const auto before = [](const LatticeContact& c, std::size_t value) { return c.node.value < value; };
   const auto first = std::lower_bound(contacts.begin(), contacts.end(), begin, before);
@@ -79,13 +93,14 @@ double VoxelProblem::unit() const {
   return spacing * std::max(*std::max_element(shear.begin(), shear.end()), 1e-300);
 }
 
-std::vector<NodePlane> VoxelProblem::planes_at(const std::vector<double>& u,
+std::vector<NodePlane> VoxelProblem::planes_of(const std::vector<double>& slopes,
                                                const std::vector<Mat3>& warp) const {
   std::vector<NodePlane> planes;
   const CubeStiffness cube = cube_stiffness(spacing);
   const double of_shear = matrix_of(cube.shear)[0], of_bulk = matrix_of(cube.bulk)[0], per_unit = 1 / unit();
-  for (const LatticeContact& c : contacts) {
-    const double slope = c.slope(c.distance(u));
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const LatticeContact& c = contacts[i];
+    const double slope = slopes[i];
     Vec3 free = c.normal;  // what of the normal is not held
     for (std::size_t a = 0; a < 3; ++a)
       if (held[c.node.component(a)] != 0) free[static_cast<int>(a)] = 0;
@@ -124,47 +139,49 @@ Result<VoxelMultigrid> VoxelProblem::cycle_with(std::vector<NodePlane> planes, c
       if (special[numbering.nodes[at(node)].value]) level->held_cell[numbering.cell(c)] = 1;
   }
   level->finish(held);
-  const int steps = options.smoothing_steps > 0 ? options.smoothing_steps : smoothing_steps_for(body);
-  return VoxelMultigrid::build(std::move(level), held, steps, context);
+  return VoxelMultigrid::build(std::move(level), held, smoothing_of(*this), context);
 }
 
-// Once all else is set, with the contacts that are closed where nothing but supports has moved.
+// Once all else is set. Of contacts only a solution knows which are closed.
 Result<void> VoxelProblem::set_cycle(const Context& context) {
-  TURGOR_TRY(VoxelMultigrid made, cycle_with(planes_at(prescribed), context));
+  if (!contacts.empty()) return {};
+  TURGOR_TRY(VoxelMultigrid made, cycle_with({}, context));
   multigrid = std::make_unique<VoxelMultigrid>(std::move(made));
   return {};
 }
 
 std::vector<Mat3> nodal_deformations(const VoxelProblem& problem, const std::vector<double>& u) {
   const VoxelNumbering& n = problem.numbering;
-  const std::vector<Vec3> moved = n.gather(u);
   const double slope = 1 / (4 * problem.spacing);
-  std::vector<Mat3> sum(n.nodes.size(), Mat3{{Vec3{}, Vec3{}, Vec3{}}});
-  std::vector<int> cubes(n.nodes.size(), 0);
-  for (const auto& cube : n.cubes) {
-    Mat3 f;
-    for (std::size_t c = 0; c < 8; ++c)
-      for (std::size_t a = 0; a < 3; ++a)
-        f.c[a] += moved[at(cube[c])] * (((kCornerBits[c] >> a) & 1) != 0 ? slope : -slope);
-    for (const int node : cube) {
-      for (std::size_t a = 0; a < 3; ++a) sum[at(node)].c[a] += f.c[a];
-      ++cubes[at(node)];
-    }
-  }
-  parallel_for(sum.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const NodePlace& p = n.nodes[i];
-      const bool held = p.stride == 0 || problem.held[p.component(0)] != 0 ||
-                        problem.held[p.component(1)] != 0 || problem.held[p.component(2)] != 0;
-      if (held || cubes[i] == 0) {
-        sum[i] = Mat3{};
-        continue;
+  std::vector<Mat3> of_cube(n.cubes.size());
+  parallel_for(of_cube.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      Mat3 f;
+      for (std::size_t c = 0; c < 8; ++c) {
+        const NodePlace& p = n.nodes[at(n.cubes[e][c])];
+        const Vec3 moved{u[p.component(0)], u[p.component(1)], u[p.component(2)]};
+        for (std::size_t a = 0; a < 3; ++a)
+          f.c[a] += moved * (((kCornerBits[c] >> a) & 1) != 0 ? slope : -slope);
       }
-      for (Vec3& column : sum[i].c) column /= cubes[i];
-      if (!(sum[i].determinant() > kLeastVolume)) sum[i] = Mat3{};
+      of_cube[e] = f;
     }
   });
-  return sum;
+  std::vector<Mat3> out(n.nodes.size());
+  parallel_for(out.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const NodePlace& p = n.nodes[i];
+      if (p.stride == 0 || problem.held[p.component(0)] != 0 || problem.held[p.component(1)] != 0 ||
+          problem.held[p.component(2)] != 0)
+        continue;
+      Mat3 sum{{Vec3{}, Vec3{}, Vec3{}}};
+      int count = 0;
+      for (std::size_t k = problem.first_cube[i]; k < problem.first_cube[i + 1]; ++k, ++count)
+        for (std::size_t a = 0; a < 3; ++a) sum.c[a] += of_cube[at(problem.cubes_of[k])].c[a];
+      for (Vec3& column : sum.c) column /= count;
+      if (sum.determinant() > kLeastVolume) out[i] = sum;
+    }
+  });
+  return out;
 }
 
 Result<std::vector<double>> VoxelProblem::forces_of(const ElasticLoad& load) const {

@@ -57,19 +57,22 @@ struct VoxelProblem {
   std::vector<std::uint8_t> held;        // of each value; also what belongs to no node
   std::vector<double> prescribed;        // of each value, 0 where it is not held
   std::vector<LatticeContact> contacts;  // by rising value of their nodes
+  std::vector<int> cubes_of;             // cubes about node n: first_cube[n] to first_cube[n + 1] − 1
+  std::vector<std::size_t> first_cube;
   std::unique_ptr<VoxelOperator<double>> stiffness;
   std::unique_ptr<VoxelLaws> laws;            // where any law is not linear
-  std::unique_ptr<VoxelMultigrid> multigrid;  // with the contacts that are closed at rest
+  std::unique_ptr<VoxelMultigrid> multigrid;  // where there are no contacts
 
   void set_moduli();
   void set_held();
   void set_prescribed();
   void set_contacts();
+  void set_cubes_of();
   /// MPa · mm: what forces of the multigrid cycle are relative to.
   [[nodiscard]] double unit() const;
-  /// The planes of contacts as the preconditioner sees them under displacements.
+  /// The planes of contacts as the preconditioner sees them, of these slopes.
   /// `warp` of each node, or empty: the planes of a body that is deformed by it, seen at rest.
-  [[nodiscard]] std::vector<NodePlane> planes_at(const std::vector<double>& u,
+  [[nodiscard]] std::vector<NodePlane> planes_of(const std::vector<double>& slopes,
                                                  const std::vector<Mat3>& warp = {}) const;
   [[nodiscard]] Result<VoxelMultigrid> cycle_with(std::vector<NodePlane> planes,
                                                   const Context& context) const;
@@ -91,6 +94,14 @@ struct VoxelProblem {
     return parallel_reduce<double>(
         planes.size() - 1, static_cast<std::size_t>(numbering.rows.slab), 0.0,
         [&](std::size_t begin, std::size_t end) { return term(planes[begin], planes[end]); }, std::plus<>());
+  }
+  template <class Term>
+  [[nodiscard]] double greatest(Term&& term) const {
+    const auto& planes = numbering.rows.planes;
+    return parallel_reduce<double>(
+        planes.size() - 1, static_cast<std::size_t>(numbering.rows.slab), 0.0,
+        [&](std::size_t begin, std::size_t end) { return term(planes[begin], planes[end]); },
+        [](double a, double b) { return std::max(a, b); });
   }
 };
 

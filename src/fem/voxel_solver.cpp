@@ -12,16 +12,11 @@ namespace {
 // Of a linear system: steps anew from the true residual, where rounding has made that of the iteration too
 // small.
 constexpr int kMostRestarts = 5;
-// Of contacts whose state differs from the preconditioner's, before that is built anew.
-constexpr double kMostDiffering = 0.05;
-// Of conjugate gradients under laws that are not linear, in which what is left has to halve, or it is
-// better to linearise anew.
-constexpr int kPatience = 30;
 constexpr int kMostHalvings = 30;
 // Wolfe's conditions.
 constexpr double kDecrease = 1e-4, kFlatter = 0.9;
 // Of the residual: left by the prediction of a load step, and by Newton's method between load steps.
-constexpr double kPrediction = 1e-3, kBetween = 0.02;
+constexpr double kPrediction = 1e-2, kBetween = 0.02;
 // Forces out of balance after a prediction, relative to those that it takes: beyond that it is too far.
 constexpr double kMostCurved = 6;
 constexpr double kLeastPart = 1.0 / 1024;
@@ -29,15 +24,9 @@ constexpr double kLeastPart = 1.0 / 1024;
 }  // namespace
 
 VoxelSolver::VoxelSolver(const VoxelProblem& problem, std::vector<double> force, Context& context)
-    : problem_(problem),
-      force_(std::move(force)),
-      context_(context),
-      slope_(problem.contacts.size()),
-      cycle_(problem.multigrid.get()),
-      work_(*cycle_) {
+    : problem_(problem), force_(std::move(force)), context_(context), step_(problem, context) {
   const std::size_t n = problem.numbering.rows.values();
   for (VoxelState* s : {&state_, &trial_}) s->u.resize(n), s->internal.resize(n), s->residual.resize(n);
-  for (auto* v : {&step_, &left_, &direction_, &image_}) v->resize(n);
 }
 
 void VoxelSolver::evaluate(VoxelState& s) const {
@@ -87,7 +76,8 @@ void VoxelSolver::evaluate(VoxelState& s) const {
 
 // What rounding of the displacements alone leaves of a residual.
 double VoxelSolver::rounding() const {
-  const std::vector<float>& scaling = problem_.multigrid->level(0).scaling;
+  if (!step_.has_cycle()) return 0;
+  const std::vector<float>& scaling = step_.finest().scaling;
   const std::vector<double>& u = state_.u;
   const double unit = problem_.unit();
   double contacts = 0;
@@ -108,195 +98,10 @@ double VoxelSolver::rounding() const {
          }));
 }
 
-// A preconditioner for the contacts that are closed now: few that differ are set right on the finest lattice
-// alone.
-Result<void> VoxelSolver::prepare_cycle() {
-  warp_.clear();
-  if (problem_.laws != nullptr && warps_) warp_ = nodal_deformations(problem_, state_.u);
-  if (problem_.contacts.empty()) return {};
-  std::vector<NodePlane> planes = problem_.planes_at(state_.u, warp_);
-  const std::vector<NodePlane>& built = cycle_->level(0).planes;
-  std::size_t differing = 0, b = 0;
-  for (NodePlane& p : planes) {
-    while (b < built.size() && built[b].node.value < p.node.value) ++differing, ++b;
-    const bool known = b < built.size() && built[b].node.value == p.node.value;
-    bool same = known && built[b].holds == p.holds;
-    if (same) {
-      float turn = 0;
-      for (std::size_t a = 0; a < 3; ++a) turn += built[b].normal[a] * p.normal[a];
-      same = turn > 0.98F;
-    }
-    if (!same) ++differing, p.holds = true;
-    if (known) ++b;
-  }
-  differing += built.size() - b;
-  const double most = cycle_->level_count() > 1 ? kMostDiffering : 0;
-  if (static_cast<double>(differing) > most * static_cast<double>(problem_.contacts.size())) {
-    TURGOR_TRY(VoxelMultigrid anew, problem_.cycle_with(problem_.planes_at(state_.u, warp_), context_));
-    own_cycle_ = std::move(anew);
-    cycle_ = &*own_cycle_;
-    work_ = VoxelMultigrid::Work(*cycle_);
-  } else {
-    work_.planes() = std::move(planes);
-  }
-  list_holding();
-  return {};
-}
-
-// What the finest lattice's planes hold, with the stiffness there.
-void VoxelSolver::list_holding() {
-  holding_.clear();
-  if (cycle_->level_count() == 1) return;
-  const std::vector<float>& scaling = cycle_->level(0).scaling;
-  const double unit = problem_.unit();
-  for (const NodePlane& p : work_.planes()) {
-    if (!p.holds) continue;
-    LatticeContact c = problem_.contacts_in(p.node.value, p.node.value + 1)[0];
-    double diagonal = 0;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const std::size_t i = c.node.component(a);
-      if (problem_.held[i] != 0) c.normal[static_cast<int>(a)] = 0;
-      if (scaling[i] != 0) diagonal = unit / static_cast<double>(scaling[i]);
-    }
-    c.stiffness_n_mm = diagonal + static_cast<double>(p.stiffness) * unit;
-    c.normal = normalized(c.normal);
-    holding_.push_back(c);
-  }
-}
-
-// Values by the transposes of the nodes' deformations (`back`), or by those themselves.
-template <class T>
-void VoxelSolver::warp_nodes(bool back, std::vector<T>& values) const {
-  parallel_for(warp_.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const NodePlace& p = problem_.numbering.nodes[n];
-      if (p.stride == 0) continue;
-      const Vec3 v{static_cast<double>(values[p.component(0)]), static_cast<double>(values[p.component(1)]),
-                   static_cast<double>(values[p.component(2)])};
-      const Mat3& f = warp_[n];
-      const Vec3 warped = back ? Vec3{dot(f.c[0], v), dot(f.c[1], v), dot(f.c[2], v)} : f * v;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::size_t i = p.component(c);
-        values[i] = problem_.held[i] != 0 ? T(0) : static_cast<T>(warped[static_cast<int>(c)]);
-      }
-    }
-  });
-}
-
-// The cycle of what is left; returns its product with that. The cycle is linear; it is given vectors of
-// length 1 so that single precision holds any forces. What planes hold of a node's motion is left to a
-// division, as it hardly acts on the rest; in double precision, as stiff planes feel every digit.
-double VoxelSolver::precondition() {
-  std::vector<double>& z = image_;
-  const double scale = 1 / left_norm_;
-  std::vector<float>& right = work_.residual();
-  std::vector<double> along(holding_.size());
-  for (std::size_t i = 0; i < along.size(); ++i) {
-    along[i] = holding_[i].along(left_);
-    holding_[i].add(-along[i], left_);
-  }
-  problem_.for_planes([&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) right[i] = static_cast<float>(scale * left_[i]);
-  });
-  warp_nodes(true, right);
-  cycle_->cycle(work_);
-  const std::vector<float>& result = work_.result();
-  const double back = left_norm_ / problem_.unit();
-  problem_.for_planes([&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) z[i] = back * static_cast<double>(result[i]);
-  });
-  warp_nodes(false, z);
-  for (std::size_t i = 0; i < along.size(); ++i) {
-    const LatticeContact& c = holding_[i];
-    c.add(along[i], left_);
-    c.add(along[i] / c.stiffness_n_mm - c.along(z), z);
-  }
-  return problem_.sum(
-      [&](std::size_t begin, std::size_t end) { return inner(left_.data(), z.data(), begin, end); });
-}
-
-// What contacts would do otherwise, were the step taken, than the step reckons with: beyond that there is no
-// use in solving on.
-double VoxelSolver::mismatch() const {
-  double square = 0;
-  for (std::size_t i = 0; i < slope_.size(); ++i) {
-    const LatticeContact& c = problem_.contacts[i];
-    const double d = c.distance(state_.u) + c.along(step_), other = (c.slope(d) - slope_[i]) * d;
-    square += other * other;
-  }
-  return std::sqrt(square);
-}
-
-// out = second derivatives · in; the products with `in` by planes.
-void VoxelSolver::multiply(const std::vector<double>& in, std::vector<double>& out,
-                           std::vector<double>* products) {
-  const auto done = [&](std::size_t plane, std::size_t begin, std::size_t end) {
-    for (const LatticeContact& c : problem_.contacts_in(begin, end))
-      c.add(slope_[static_cast<std::size_t>(&c - problem_.contacts.data())] * c.along(in), out);
-    if (products != nullptr) (*products)[plane] = inner(in.data(), out.data(), begin, end);
-  };
-  if (problem_.laws != nullptr)
-    problem_.laws->apply(matrices_, in.data(), out.data(), done);
-  else
-    problem_.stiffness->apply(in.data(), out.data(), done);
-}
-
-// Second derivatives at the present state, and a cycle for them.
-Result<void> VoxelSolver::linearise() {
-  TURGOR_CHECK(prepare_cycle());
-  for (std::size_t i = 0; i < slope_.size(); ++i)
-    slope_[i] = problem_.contacts[i].slope(problem_.contacts[i].distance(state_.u));
-  if (problem_.laws == nullptr) return {};
-  matrices_.resize(problem_.laws->matrices_size());
-  problem_.laws->linearise(state_.u.data(), matrices_);
-  return {};
-}
-
-// Conjugate gradients for the step from what is left, until that is `target` long.
-Result<void> VoxelSolver::conjugate_gradients(double target) {
-  const std::vector<std::uint8_t>& held = problem_.held;
-  std::vector<double> parts(problem_.numbering.rows.planes.size() - 1);
-  double rho_before = 1;
-  const int most = problem_.options.max_iterations + (problem_.laws != nullptr ? iterations_ : 0);
-  double least = left_norm_;
-  int idle = 0;
-  for (bool first = true; left_norm_ > target && iterations_ < most; first = false) {
-    TURGOR_CHECK(context_.check());
-    const double rho = precondition();
-    if (!(rho > 0)) break;
-    const double beta = first ? 0 : rho / rho_before;
-    rho_before = rho;
-    problem_.for_planes([&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        direction_[i] = image_[i] + (first ? 0 : beta * direction_[i]);
-    });
-    multiply(direction_, image_, &parts);
-    double curvature = 0;
-    for (const double part : parts) curvature += part;
-    if (!(curvature > 0)) {  // no minimum this way: downhill is as far as the step goes (Steihaug 1983)
-      if (first) step_ = direction_;
-      break;
-    }
-    const double alpha = rho / curvature;
-    ++iterations_;
-    left_norm_ = std::sqrt(problem_.sum([&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        step_[i] += alpha * direction_[i];
-        left_[i] = held[i] != 0 ? 0 : left_[i] - alpha * image_[i];
-      }
-      return inner(left_.data(), left_.data(), begin, end);
-    }));
-    if (!slope_.empty() && mismatch() > left_norm_) break;
-    idle = left_norm_ < 0.5 * least ? 0 : idle + 1;
-    if (idle == 0) least = left_norm_;
-    if (problem_.laws != nullptr && idle >= kPatience) break;
-  }
-  return {};
-}
-
 void VoxelSolver::move_to(double t) {
+  const std::vector<double>& step = step_.step();
   problem_.for_planes([&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) trial_.u[i] = state_.u[i] + t * step_[i];
+    for (std::size_t i = begin; i < end; ++i) trial_.u[i] = state_.u[i] + t * step[i];
   });
   evaluate(trial_);
   turned_over_ = std::max(turned_over_, trial_.inverted);
@@ -307,7 +112,7 @@ void VoxelSolver::move_to(double t) {
 bool VoxelSolver::line_search() {
   const auto slope_at = [&](const VoxelState& s) {
     return -problem_.sum([&](std::size_t begin, std::size_t end) {
-      return inner(s.residual.data(), step_.data(), begin, end);
+      return inner(s.residual.data(), step_.step().data(), begin, end);
     });
   };
   const double downhill = slope_at(state_);
@@ -343,7 +148,7 @@ double VoxelSolver::forcing() const {
 
 // Newton's method, until the residual is as small as asked for; false where it does not fall so far.
 Result<bool> VoxelSolver::correct(double relative) {
-  const bool linear = is_linear(), large = problem_.laws != nullptr;
+  const bool linear = is_linear();
   const int most = linear ? kMostRestarts : problem_.options.newton.max_newton_steps;
   const auto set_target = [&] {
     target_ = std::max(relative * (linear ? whole_ : std::max(whole_, state_.reference)), rounding());
@@ -352,11 +157,9 @@ Result<bool> VoxelSolver::correct(double relative) {
   norm_before_ = 0;
   bool falls = true;
   for (int step = 0; falls && state_.norm > target_ && (linear ? step : newton_steps_) < most; ++step) {
-    if (!large && iterations_ >= problem_.options.max_iterations) break;
-    TURGOR_CHECK(linearise());
-    left_ = state_.residual, left_norm_ = state_.norm;
-    std::fill(step_.begin(), step_.end(), 0.0);
-    TURGOR_CHECK(conjugate_gradients(forcing()));
+    if (problem_.laws == nullptr && step_.iterations() >= problem_.options.max_iterations) break;
+    TURGOR_CHECK(step_.linearise(state_));
+    TURGOR_CHECK(step_.minimise(forcing(), problem_.spacing));
     norm_before_ = state_.norm;
     if (linear) {
       move_to(1);
@@ -364,10 +167,6 @@ Result<bool> VoxelSolver::correct(double relative) {
     } else {
       ++newton_steps_;
       falls = line_search();
-      // The cycle in turned frames may be what gave no way down.
-      const bool again = !falls && large && warps_;
-      warps_ = !again;
-      falls = falls || again;
     }
     set_target();
   }
@@ -392,6 +191,8 @@ Result<ElasticSolution> VoxelSolver::solve(const std::vector<double>& start) {
       state_.u[i] = problem_.held[i] != 0 ? problem_.prescribed[i] : start[i];
     evaluate(state_);
   }
+  const bool far = state_.norm > problem_.options.relative_residual * std::max(whole_, state_.reference);
+  if (far) TURGOR_CHECK(step_.meet(state_));
   TURGOR_CHECK(correct(problem_.options.relative_residual));
   const ElasticSolution out = solution();
   if (!out.converged) {
@@ -405,25 +206,19 @@ Result<ElasticSolution> VoxelSolver::solve(const std::vector<double>& start) {
 // returns the part of the part that no cube is turned over by.
 Result<double> VoxelSolver::predict(double part) {
   bool moves = false;
-  std::fill(step_.begin(), step_.end(), 0.0);
-  for (std::size_t i = 0; i < step_.size(); ++i) {
-    if (problem_.held[i] == 0) continue;
-    step_[i] = part * (problem_.prescribed[i] - state_.u[i]);
-    moves = moves || step_[i] != 0;
-  }
+  for (std::size_t i = 0; i < problem_.held.size() && !moves; ++i)
+    moves = problem_.held[i] != 0 && problem_.prescribed[i] != state_.u[i];
   if (!moves) return 1;
-  TURGOR_CHECK(linearise());
-  multiply(step_, image_, nullptr);
-  left_norm_ = std::sqrt(problem_.sum([&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      left_[i] = problem_.held[i] != 0 ? 0 : state_.residual[i] - image_[i];
-    return inner(left_.data(), left_.data(), begin, end);
-  }));
-  TURGOR_CHECK(conjugate_gradients(kPrediction * left_norm_));
-  multiply(step_, image_, nullptr);
+  TURGOR_CHECK(step_.linearise(state_));
+  std::vector<double>& step = step_.step();
+  for (std::size_t i = 0; i < step.size(); ++i)
+    if (problem_.held[i] != 0) step[i] = part * (problem_.prescribed[i] - state_.u[i]);
+  TURGOR_CHECK(step_.minimise(kPrediction * step_.begin(), std::numeric_limits<double>::infinity()));
+  std::vector<double> bent(step.size());
+  step_.bend(bent);
   const double forces = std::sqrt(problem_.sum([&](std::size_t begin, std::size_t end) {
     double square = 0;
-    for (std::size_t i = begin; i < end; ++i) square += problem_.held[i] != 0 ? image_[i] * image_[i] : 0;
+    for (std::size_t i = begin; i < end; ++i) square += problem_.held[i] != 0 ? bent[i] * bent[i] : 0;
     return square;
   }));
   for (double t = 1; t > kLeastPart; t *= 0.5) {
@@ -446,6 +241,7 @@ Result<ElasticSolution> VoxelSolver::solve_large(const std::vector<double>& star
     from_rest = state_.inverted > 0;
     if (from_rest) std::fill(state_.u.begin(), state_.u.end(), 0.0);
   }
+  TURGOR_CHECK(step_.meet(state_));
   const auto apply_load = [&](double load) {
     for (std::size_t i = 0; i < whole.size(); ++i) force_[i] = (from_rest ? load : 1) * whole[i];
     evaluate(state_);
@@ -486,7 +282,7 @@ Result<ElasticSolution> VoxelSolver::solve_large(const std::vector<double>& star
 ElasticSolution VoxelSolver::solution() const {
   ElasticSolution out;
   out.displacement_mm = problem_.numbering.gather(state_.u);
-  out.iterations = iterations_, out.newton_steps = newton_steps_;
+  out.iterations = step_.iterations(), out.newton_steps = newton_steps_;
   const double whole = is_linear() ? whole_ : std::max(whole_, state_.reference);
   out.relative_residual = whole > 0 ? state_.norm / whole : 0;
   out.converged = state_.norm <= target_;

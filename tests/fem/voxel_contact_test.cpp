@@ -265,16 +265,16 @@ TEST(VoxelContact, PlanesMove) {
   const auto before = fem->solve({}, context);
   ASSERT_TRUE(before);
   const Pressed deeper(0.45, 1e3);
-  ASSERT_TRUE(fem->set_contacts(deeper.supports.contacts, context));
+  ASSERT_TRUE(fem->set_contacts(deeper.supports.contacts));
   const auto after = fem->solve({}, context, before->displacement_mm);
   ASSERT_TRUE(after && after->converged);
   const auto anew = solved_with(deeper.solid, deeper.body, deeper.supports, {});
   EXPECT_LT(distance(after->displacement_mm, anew.displacement_mm), 1e-6 * norm(anew.displacement_mm));
   auto other = c.supports.contacts;
   std::swap(other[0], other[1]);
-  EXPECT_FALSE(fem->set_contacts(other, context));
+  EXPECT_FALSE(fem->set_contacts(other));
   other.pop_back();
-  EXPECT_FALSE(fem->set_contacts(other, context));
+  EXPECT_FALSE(fem->set_contacts(other));
 }
 
 TEST(VoxelContact, SameBitsOnAnyNumberOfThreads) {

@@ -55,6 +55,67 @@ ElasticSolution solved_large(const SolidMesh& solid, const ElasticBody& body, co
   return *std::move(s);
 }
 
+// The second derivatives of the cubes' energy under a displacement, and curvatures along directions.
+class Curvature {
+ public:
+  Curvature(const SolidMesh& solid, const ElasticBody& body, const std::vector<Vec3>& u)
+      : numbering_(*detail::VoxelNumbering::of(solid)), laws_(numbering_, body, solid.spacing) {
+    std::vector<double> values(numbering_.rows.values(), 0);
+    numbering_.scatter(u, values);
+    matrices_.resize(laws_.matrices_size());
+    laws_.linearise(values.data(), matrices_);
+  }
+  std::size_t convexify() { return laws_.convexify(matrices_); }
+  [[nodiscard]] double along(const std::vector<Vec3>& direction) const {
+    std::vector<double> in(numbering_.rows.values(), 0), out(in.size());
+    numbering_.scatter(direction, in);
+    laws_.apply(matrices_, in.data(), out.data(), [](std::size_t, std::size_t, std::size_t) {});
+    double sum = 0;
+    for (std::size_t i = 0; i < in.size(); ++i) sum += in[i] * out[i];
+    return sum;
+  }
+
+ private:
+  detail::VoxelNumbering numbering_;
+  detail::VoxelLaws laws_;
+  detail::VoxelLaws::Matrices matrices_;
+};
+
+TEST(VoxelLargeStrain, CubesThatBendDownwardsAreMadeConvex) {
+  // Pressed to half its height without a way to the sides: shear then pays.
+  const SolidMesh solid = voxel_box({4, 3, 2}, 0.5);
+  const ElasticBody body = body_with(ElasticLaw::neo_hookean, 0.49, 1);
+  std::vector<Vec3> pressed(solid.points.size()), turned(pressed);
+  for (std::size_t p = 0; p < pressed.size(); ++p) {
+    const Vec3& x = solid.points[p];
+    pressed[p] = Vec3{0, 0, -0.5 * x.z};
+    turned[p] = cross(Vec3{0, 1, 0}, x + pressed[p]);
+  }
+  Curvature curvature(solid, body, pressed);
+  ASSERT_LT(curvature.along(turned), 0);
+  EXPECT_EQ(curvature.convexify(), 24U);
+  EXPECT_GT(curvature.along(turned), 0);
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    std::vector<Vec3> direction(pressed.size());
+    const RandomStream random(seed);
+    for (std::size_t p = 0; p < direction.size(); ++p)
+      for (std::size_t a = 0; a < 3; ++a) direction[p][static_cast<int>(a)] = random.uniform(3 * p + a) - 0.5;
+    EXPECT_GT(curvature.along(direction), 0) << seed;
+  }
+}
+
+TEST(VoxelLargeStrain, ConvexCubesStayAsTheyAre) {
+  const SolidMesh solid = voxel_box({5, 4, 3}, 0.5);
+  for (const ElasticLaw law : kElasticLaws) {
+    std::vector<Vec3> stretched(solid.points.size());
+    for (std::size_t p = 0; p < stretched.size(); ++p) stretched[p] = solid.points[p] * 0.1;
+    Curvature curvature(solid, body_with(law), stretched);
+    const double before = curvature.along(stretched);
+    EXPECT_EQ(curvature.convexify(), 0U) << name_of(law);
+    EXPECT_EQ(curvature.along(stretched), before) << name_of(law);
+  }
+}
+
 TEST(VoxelLargeStrain, ForcesAreThoseOfTheMesh) {
   const SolidMesh solid = irregular_body();
   const auto u = random_displacement(solid.points.size(), 0.15);

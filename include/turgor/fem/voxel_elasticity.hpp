@@ -23,7 +23,8 @@ namespace turgor {
 struct VoxelElasticityOptions {
   double relative_residual = 1e-6;  ///< > 0; see ElasticSolution
   int max_iterations = 500;         ///< ≥ 1; of each Newton step where a law is not linear
-  int smoothing_steps = 0;          ///< of each level, before and after; 0: chosen by Poisson's ratio
+  /// Of the two finest levels, before and after; 0: chosen by Poisson's ratio, for a residual of 1e-6.
+  int smoothing_steps = 0;
   NewtonOptions newton;
 };
 
@@ -43,7 +44,7 @@ class VoxelElasticity {
   Result<void> set_displacements(std::span<const Vec3> displacement_mm);
   /// Other planes, stiffness and adhesion for the same nodes, in the order of the contacts given to
   /// prepare().
-  Result<void> set_contacts(std::span<const Contact> contacts, Context& context);
+  Result<void> set_contacts(std::span<const Contact> contacts);
   /// `start`: the displacement of each node to begin from, such as that of another load; one that turns cubes
   /// over is left aside. Not converged within the iterations allowed: `converged` is false and the context
   /// warned. Contacts without adhesion count as holding the body, though a load may yet lift it off: then it
