@@ -37,6 +37,19 @@ inline constexpr Example kVoxelizeExamples[] = {
     {"voxelize bunny -resolution 30 -young 0.02", "the object becomes a soft solid"},
     {"voxelize head -skin frames -neighbours 8", "its skin follows frames at eight points each"}};
 
+inline constexpr Parameter kConstants[] = {
+    named("solid", "name of a solid"),
+    {
+        .name = "file",
+        .type = ValueType::path,
+        .required = true,
+        .positional = true,
+        .help = "constants.vtu of a calibration",
+    },
+};
+inline constexpr Example kConstantsExamples[] = {
+    {"constants bar out/bar/constants.vtu", "what turgor calibrate has found for the bar"}};
+
 inline constexpr Parameter kTie[] = {
     kTissueName,   named("object", "object that the samples move with, such as bone"),
     kRegionBox,    kRegionSphere,
@@ -118,6 +131,21 @@ inline constexpr CommandDeclaration kSceneSolidCommands[] = {
             "mesh.solid.NAME, hidden at first, that of the tetrahedra.",
         .parameters = kVoxelize,
         .examples = kVoxelizeExamples,
+    },
+    {
+        .name = "constants",
+        .group = "Solids and holds",
+        .summary = "Give a solid calibrated constants",
+        .description =
+            "Stiffness of each edge, triangle and tetrahedron, as `turgor calibrate` has written it, in "
+            "place "
+            "of that of -young and -poisson. The solid has the mesh of the calibrated body: voxelize the "
+            "same "
+            "surface with the same -resolution, -no_border and -fill, or a cube with as many cubes as the "
+            "calibrated box; it may lie elsewhere. `stiffen` scales them; a new mesh by `remesh` takes over "
+            "means, and is not calibrated itself.",
+        .parameters = kConstants,
+        .examples = kConstantsExamples,
     },
     {
         .name = "tie",

@@ -24,6 +24,21 @@ Result<void> voxelize(SessionState& s, const Invocation& c) {
   return voxelize_object(s.scene, c.word("object"), options, s.context);
 }
 
+Result<void> constants(SessionState& s, const Invocation& c) {
+  const std::string& name = c.word("solid");
+  const int body = s.scene.specimen.body_number(name);
+  const auto& bodies = s.scene.specimen.bodies();
+  if (body < 0 || !bodies[static_cast<std::size_t>(body)].solid)
+    return c.error(fmt::format("there is no solid '{}'", name), "Make it with voxelize", "solid");
+  const Solid& elements = bodies[static_cast<std::size_t>(body)].solid->elements;
+  auto read = read_solid_constants(c.path("file"), elements);
+  if (!read) return c.error(read.error().where + ": " + read.error().what, read.error().remedy, "file");
+  TURGOR_CHECK(s.scene.specimen.set_solid_constants(name, *std::move(read)));
+  s.say(fmt::format("{}: constants of {} edges, {} triangles and {} tetrahedra", name, elements.edges.size(),
+                    elements.triangles.size(), elements.tetrahedra.size()));
+  return {};
+}
+
 Result<void> tie(SessionState& s, const Invocation& c) {
   TURGOR_TRY(const Region region, region_of(s.scene, c));
   TURGOR_TRY(const int object, s.scene.require(c.word("object")));
@@ -96,7 +111,7 @@ Result<void> let_go(SessionState& s, const Invocation& c) {
 Result<void> contact(SessionState& s, const Invocation& c) {
   if (c.flag("off")) return s.scene.specimen.set_contact(std::nullopt);
   return s.scene.specimen.set_contact(
-      ContactOptions{c.number("thickness"), c.number("c"), c.number("friction"), !c.flag("no_self")});
+      SolidContactOptions{c.number("thickness"), c.number("c"), c.number("friction"), !c.flag("no_self")});
 }
 
 Result<void> remesh(SessionState& s, const Invocation& c) {
@@ -129,9 +144,10 @@ Result<void> settle(SessionState& s, const Invocation& c) {
 }  // namespace
 
 std::span<const NamedHandler> solid_handlers() {
-  static constexpr NamedHandler table[] = {{"voxelize", voxelize}, {"tie", tie},       {"mv_obj_by", move_by},
-                                           {"grab", grab},         {"let_go", let_go}, {"contact", contact},
-                                           {"settle", settle},     {"remesh", remesh}};
+  static constexpr NamedHandler table[] = {
+      {"voxelize", voxelize}, {"constants", constants}, {"tie", tie},
+      {"mv_obj_by", move_by}, {"grab", grab},           {"let_go", let_go},
+      {"contact", contact},   {"settle", settle},       {"remesh", remesh}};
   return table;
 }
 

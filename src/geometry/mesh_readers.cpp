@@ -156,6 +156,20 @@ Result<TriMesh> parse_mesh(std::span<const std::byte> bytes, const std::string& 
                fmt::format("Give {}", surface_file_help)};
 }
 
+Result<CellFile> parse_vtu(std::span<const std::byte> bytes, const std::string& name) {
+  const detail::MeshSource source{bytes, name};
+  const std::string word = first_word(source.text());
+  if (word.starts_with("<vtkfile") || word.starts_with("<?xml")) return detail::parse_vtk_cells(source);
+  Error error = source.whole("is not a file of VTK's XML");
+  error.remedy = "Give a .vtu file";
+  return error;
+}
+
+Result<CellFile> read_vtu(const std::filesystem::path& path) {
+  TURGOR_TRY(const std::vector<std::byte> bytes, read_file(path));
+  return parse_vtu(bytes, path.string());
+}
+
 Result<TriMesh> read_mesh(const std::filesystem::path& path) {
   TURGOR_TRY(const std::vector<std::byte> bytes, read_file(path));
   return parse_mesh(bytes, path.string());

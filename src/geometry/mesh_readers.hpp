@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "turgor/core/error.hpp"
+#include "turgor/geometry/mesh_file.hpp"
 #include "turgor/geometry/tri_mesh.hpp"
 
 namespace turgor::detail {
@@ -30,6 +31,7 @@ Result<TriMesh> parse_obj(const MeshSource& source);
 Result<TriMesh> parse_off(const MeshSource& source);
 Result<TriMesh> parse_vtk_legacy(const MeshSource& source);
 Result<TriMesh> parse_vtk_xml(const MeshSource& source);
+Result<CellFile> parse_vtk_cells(const MeshSource& source);
 /// Binary or JSON; buffers in files of their own lie beside `source.name`.
 Result<TriMesh> parse_gltf(const MeshSource& source);
 

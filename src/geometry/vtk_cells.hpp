@@ -30,6 +30,7 @@ class VtkSurface {
   /// that are not points, ends out of order.
   Result<void> add_cells(std::span<const double> types, const std::vector<double>& ends,
                          const std::vector<double>& corners);
+  [[nodiscard]] const std::vector<Vec3>& points() const { return mesh_.points; }
   /// Error where there is no triangle.
   Result<TriMesh> finish();
 

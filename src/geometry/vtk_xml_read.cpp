@@ -1,5 +1,5 @@
-// Surfaces from VTK's XML files, .vtp and the surface cells of .vtu: text, base64 or appended data, plain or
-// with zlib: VTK file formats, "XML file formats".
+// Surfaces from VTK's XML files, .vtp and the surface cells of .vtu, and all cells of .vtu: text, base64 or
+// appended data, plain or with zlib: VTK file formats, "XML file formats".
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include "geometry/byte_stream.hpp"
 #include "geometry/mesh_readers.hpp"
 #include "geometry/vtk_cells.hpp"
+#include "turgor/core/index.hpp"
 
 namespace turgor::detail {
 namespace {
@@ -73,14 +74,7 @@ class XmlReader {
   }
 
   Result<TriMesh> read() {
-    pugi::xml_document document;
-    const pugi::xml_parse_result parsed = document.load_buffer(parts_.head.data(), parts_.head.size());
-    if (!parsed) {
-      return source_.at_byte(static_cast<std::size_t>(std::max<std::ptrdiff_t>(parsed.offset, 0)),
-                             fmt::format("is damaged XML ({})", parsed.description()));
-    }
-    const pugi::xml_node file = document.child("VTKFile");
-    TURGOR_CHECK(read_attributes(file));
+    TURGOR_TRY(const pugi::xml_node file, open());
     const std::string kind = file.attribute("type").value();
     for (const pugi::xml_node piece : file.child(kind.c_str()).children("Piece")) {
       if (kind == "PolyData") TURGOR_CHECK(read_surface(piece));
@@ -94,7 +88,46 @@ class XmlReader {
     return surface_.finish();
   }
 
+  Result<CellFile> read_cells() {
+    TURGOR_TRY(const pugi::xml_node file, open());
+    const pugi::xml_node piece = file.child("UnstructuredGrid").child("Piece");
+    if (!piece || piece.next_sibling("Piece")) {
+      Error error = source_.whole(piece ? "holds more than one piece" : "holds no unstructured grid");
+      error.remedy = "Give a .vtu file of one piece";
+      return error;
+    }
+    TURGOR_TRY(const Cells cells, read_grid(piece));
+    CellFile out;
+    out.mesh.points = surface_.points();
+    for (const double p : cells.corners) out.mesh.connectivity.push_back(whole_number(p));
+    for (const double end : cells.ends) out.mesh.offsets.push_back(whole_number(end));
+    for (const double type : cells.types) {
+      if (!(type >= 0 && type <= 255)) return source_.whole(fmt::format("has a cell of type {:g}", type));
+      out.mesh.types.push_back(static_cast<std::uint8_t>(type));
+    }
+    for (const pugi::xml_node array : piece.child("CellData").children("DataArray")) {
+      TURGOR_TRY(CellField field, read_field(array, cells.types.size()));
+      out.cell_fields.push_back(std::move(field));
+    }
+    return out;
+  }
+
  private:
+  struct Cells {
+    Values types, ends, corners;
+  };
+
+  Result<pugi::xml_node> open() {
+    const pugi::xml_parse_result parsed = document_.load_buffer(parts_.head.data(), parts_.head.size());
+    if (!parsed) {
+      return source_.at_byte(static_cast<std::size_t>(std::max<std::ptrdiff_t>(parsed.offset, 0)),
+                             fmt::format("is damaged XML ({})", parsed.description()));
+    }
+    const pugi::xml_node file = document_.child("VTKFile");
+    TURGOR_CHECK(read_attributes(file));
+    return file;
+  }
+
   Result<void> read_attributes(const pugi::xml_node& file) {
     if (!file) return source_.whole("has no element VTKFile");
     swap_ = std::string_view(file.attribute("byte_order").value()) == "BigEndian";
@@ -116,15 +149,27 @@ class XmlReader {
     TURGOR_CHECK(read_list(piece.child("Polys"), vtk::polygon, piece.attribute("NumberOfPolys")));
     return read_list(piece.child("Strips"), vtk::strip, piece.attribute("NumberOfStrips"));
   }
-  Result<void> read_grid(const pugi::xml_node& piece) {
+  /// Ends and corners are those of points there are.
+  Result<Cells> read_grid(const pugi::xml_node& piece) {
     TURGOR_CHECK(read_points(piece));
-    const pugi::xml_node cells = piece.child("Cells");
-    TURGOR_TRY(const Values types, named_array(cells, "types"));
-    TURGOR_TRY(const Values ends, named_array(cells, "offsets"));
-    TURGOR_TRY(const Values corners, named_array(cells, "connectivity"));
-    if (types.size() != ends.size())
-      return source_.whole(fmt::format("has {} types for {} cells", types.size(), ends.size()));
-    return surface_.add_cells(types, ends, corners);
+    const pugi::xml_node list = piece.child("Cells");
+    Cells cells;
+    TURGOR_TRY(cells.types, named_array(list, "types"));
+    TURGOR_TRY(cells.ends, named_array(list, "offsets"));
+    TURGOR_TRY(cells.corners, named_array(list, "connectivity"));
+    if (cells.types.size() != cells.ends.size())
+      return source_.whole(fmt::format("has {} types for {} cells", cells.types.size(), cells.ends.size()));
+    TURGOR_CHECK(surface_.add_cells(cells.types, cells.ends, cells.corners));
+    return cells;
+  }
+  Result<CellField> read_field(const pugi::xml_node& array, std::size_t cells) {
+    CellField field{array.attribute("Name").value(), array.attribute("NumberOfComponents").as_int(1), {}};
+    TURGOR_TRY(field.values, values_of(array));
+    if (field.components < 1 || field.values.size() != at(field.components) * cells) {
+      return source_.whole(fmt::format("field \"{:.40}\" holds {} numbers for {} cells", field.name,
+                                       field.values.size(), cells));
+    }
+    return field;
   }
   Result<void> read_points(const pugi::xml_node& piece) {
     const pugi::xml_node array = piece.child("Points").child("DataArray");
@@ -230,6 +275,7 @@ class XmlReader {
 
   const MeshSource& source_;
   Parts parts_;
+  pugi::xml_document document_;
   VtkSurface surface_;
   std::size_t header_bytes_ = 4, budget_ = 0;
   bool swap_ = false, compressed_ = false, appended_base64_ = false;
@@ -239,6 +285,10 @@ class XmlReader {
 
 Result<TriMesh> parse_vtk_xml(const MeshSource& source) {
   return XmlReader(source).read();
+}
+
+Result<CellFile> parse_vtk_cells(const MeshSource& source) {
+  return XmlReader(source).read_cells();
 }
 
 }  // namespace turgor::detail

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 
 #include "render/picture_files.hpp"
@@ -13,21 +12,15 @@
 namespace turgor {
 namespace {
 
-constexpr std::uint8_t kVtkLine = 3, kVtkTriangle = 5, kVtkTetrahedron = 10;
-
-template <class Cells>
-void add_cells(CellMesh& mesh, const Cells& cells, std::uint8_t type) {
-  for (const auto& p : cells) {
-    mesh.connectivity.insert(mesh.connectivity.end(), p.begin(), p.end());
-    mesh.offsets.push_back(static_cast<int>(mesh.connectivity.size()));
-    mesh.types.push_back(type);
-  }
-}
-
 CellMesh cells_of(const SolidMesh& mesh) {
+  constexpr std::uint8_t tetrahedron = 10;  // VTK's number
   CellMesh out;
   out.points.assign(mesh.points.begin(), mesh.points.end());
-  add_cells(out, mesh.tetrahedra, kVtkTetrahedron);
+  for (const auto& p : mesh.tetrahedra) {
+    out.connectivity.insert(out.connectivity.end(), p.begin(), p.end());
+    out.offsets.push_back(static_cast<int>(out.connectivity.size()));
+    out.types.push_back(tetrahedron);
+  }
   return out;
 }
 
@@ -47,28 +40,6 @@ MeshField error(const std::string& of, std::span<const Vec3> positions, std::spa
   for (std::size_t p = 0; p < positions.size(); ++p)
     field.values.push_back(static_cast<float>(distance(positions[p], reference[p])));
   return field;
-}
-
-/// Edges, triangles and tetrahedra with what was found for each.
-Result<void> write_constants(const CalibrationResults& results, const std::filesystem::path& path) {
-  const Solid& solid = results.problem.elements();
-  CellMesh mesh;
-  const auto& points = results.problem.mesh().points;
-  mesh.points.assign(points.begin(), points.end());
-  add_cells(mesh, solid.edges, kVtkLine);
-  add_cells(mesh, solid.triangles, kVtkTriangle);
-  add_cells(mesh, solid.tetrahedra, kVtkTetrahedron);
-  MeshField stiffness{"stiffness_mpa", 1, {}}, constant{"constant_nmm", 1, {}}, kind{"corners", 1, {}};
-  const std::array units{&solid.edge_nmm, &solid.triangle_nmm, &solid.tetrahedron_nmm};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::vector<double>& found = results.outcome.stiffness[c];
-    for (std::size_t e = 0; e < found.size(); ++e) {
-      stiffness.values.push_back(static_cast<float>(found[e]));
-      constant.values.push_back(static_cast<float>(found[e] * (*units[c])[e]));
-      kind.values.push_back(static_cast<float>(c + 2));
-    }
-  }
-  return write_vtu(path, mesh, {}, {std::move(constant), std::move(stiffness), std::move(kind)});
 }
 
 MeshField modulus_field(const CalibrationCase& problem) {
@@ -111,7 +82,9 @@ Result<void> write_load(const CalibrationResults& results, std::size_t l, const 
 Result<void> write_calibration_meshes(const CalibrationResults& results,
                                       const std::filesystem::path& folder) {
   const CellMesh cells = cells_of(results.problem.mesh());
-  TURGOR_CHECK(write_constants(results, folder / "constants.vtu"));
+  const SolidMesh& mesh = results.problem.mesh();
+  TURGOR_CHECK(write_solid_constants(folder / "constants.vtu", mesh.points, results.problem.elements(),
+                                     results.outcome.stiffness));
   const auto* body = std::get_if<SurfaceBody>(&results.problem.options().body);
   TURGOR_TRY(const auto shown,
              render_detail::ShownSolid::create(results.problem.mesh(), body ? &body->surface : nullptr));

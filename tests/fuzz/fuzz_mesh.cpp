@@ -12,5 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto mesh = turgor::parse_mesh(bytes, name);
     if (mesh && (mesh->empty() || !turgor::validate(*mesh))) std::abort();
   }
+  const auto cells = turgor::parse_vtu(bytes, "fuzz.vtu");
+  if (cells && cells->mesh.offsets.size() != cells->mesh.types.size()) std::abort();
   return 0;
 }

@@ -3,6 +3,7 @@
 // besides.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "shapes.hpp"
@@ -85,6 +86,68 @@ TEST(VtkFiles, WhatWeWriteIsReadAgain) {
   for (std::size_t p = 0; p < ball.points.size(); ++p)
     ASSERT_LT(distance(again->points[p], ball.points[p]), 1e-5);
   fs::remove(file);
+}
+
+Result<CellFile> parse_cells(const std::string& text, const std::string& name) {
+  return parse_vtu(std::as_bytes(std::span(text.data(), text.size())), name);
+}
+
+TEST(VtkFiles, CellsAndTheirFieldsAreReadAgain) {
+  const fs::path file = fs::path(::testing::TempDir()) / "again.vtu";
+  const CellMesh mesh{
+      {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 4}}, {0, 1, 0, 1, 2, 0, 1, 2, 3}, {2, 5, 9}, {3, 5, 10}};
+  const MeshField one{"one", 1, {1, NAN, 3}}, three{"three", 3, {1, 2, 3, 4, 5, 6, 7, 8, 9}};
+  ASSERT_TRUE(write_vtu(file, mesh, {{"of_points", 1, {0, 1, 2, 3}}}, {one, three}));
+  const auto again = read_vtu(file);
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(again->mesh.points, mesh.points);
+  EXPECT_EQ(again->mesh.connectivity, mesh.connectivity);
+  EXPECT_EQ(again->mesh.offsets, mesh.offsets);
+  EXPECT_EQ(again->mesh.types, mesh.types);
+  ASSERT_EQ(again->cell_fields.size(), 2U);
+  EXPECT_EQ(again->cell_fields[0].name, "one");
+  EXPECT_TRUE(std::isnan(again->cell_fields[0].values.at(1)));
+  EXPECT_EQ(again->cell_fields[1].components, 3);
+  EXPECT_EQ(again->cell_fields[1].values, (std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8, 9}));
+  fs::remove(file);
+}
+
+TEST(VtkFiles, CellsOfAnyEncodingAreRead) {
+  const auto cells = read_vtu(seeds() / "vtu_zlib.vtu");
+  ASSERT_TRUE(cells) << cells.error().message();
+  EXPECT_EQ(cells->mesh.points.size(), 8U);
+  EXPECT_FALSE(cells->mesh.types.empty());
+}
+
+TEST(VtkFiles, OfCellsErrorsSayWhatIsWrong) {
+  const auto error = [](const std::string& text) {
+    const auto cells = parse_cells(text, "a.vtu");
+    return cells ? "no error" : cells.error().message();
+  };
+  const auto file = [](const std::string& type, const std::string& field) {
+    return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"2\" "
+           "NumberOfCells=\"1\"><Points>"
+           "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 "
+           "0</DataArray></Points><Cells>"
+           "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1</DataArray>"
+           "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">2</DataArray>"
+           "<DataArray type=\"Int32\" Name=\"types\" format=\"ascii\">" +
+           type +
+           "</DataArray></Cells><CellData><DataArray type=\"Float64\" Name=\"f\" NumberOfComponents=\"1\" "
+           "format=\"ascii\">" +
+           field + "</DataArray></CellData></Piece></UnstructuredGrid></VTKFile>";
+  };
+  EXPECT_EQ(error(file("3", "1e308")), "no error");
+  EXPECT_TRUE(contains(error(file("300", "1")), "type 300"));
+  EXPECT_TRUE(contains(error(file("-1", "1")), "type -1"));
+  EXPECT_TRUE(contains(error(file("3", "1 2")), "field \"f\" holds 2 numbers for 1 cells"));
+  EXPECT_TRUE(contains(error("ply"), "not a file of VTK's XML"));
+  EXPECT_TRUE(contains(error(""), "not a file of VTK's XML"));
+  EXPECT_TRUE(contains(error(content(seeds() / "vtp_ascii.vtp")), "no unstructured grid"));
+  const std::string one = file("3", "1");
+  const std::size_t begin = one.find("<Piece"), end = one.find("</Piece>") + 8;
+  EXPECT_TRUE(contains(error(one.substr(0, end) + one.substr(begin)), "more than one piece"));
+  EXPECT_TRUE(contains(read_vtu("none.vtu").error().message(), "none.vtu"));
 }
 
 TEST(VtkFiles, PiecesAreJoined) {
@@ -214,6 +277,8 @@ TEST(DamagedFiles, OfVtkAndGltfAreRefusedOrSound) {
   for (const fs::path& file : files_of({".vtk", ".vtp", ".vtu", ".gltf", ".glb"})) {
     const std::string text = content(file), name = file.filename().string();
     const auto sound = [&](const std::string& changed) {
+      const auto cells = parse_cells(changed, name);
+      if (cells && cells->mesh.types.size() != cells->mesh.offsets.size()) return false;
       const auto mesh = parse(changed, name);
       if (mesh) return !mesh->empty() && static_cast<bool>(validate(*mesh));
       return !mesh.error().what.empty() && !mesh.error().where.empty() && !mesh.error().remedy.empty();

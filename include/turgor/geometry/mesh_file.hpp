@@ -67,4 +67,21 @@ Result<void> write_vtu(const std::filesystem::path& path, const CellMesh& mesh,
                        const std::vector<MeshField>& point_fields = {},
                        const std::vector<MeshField>& cell_fields = {});
 
+struct CellField {
+  std::string name;
+  int components = 1;
+  std::vector<double> values;
+};
+/// What a .vtu file holds, without its point fields.
+struct CellFile {
+  CellMesh mesh;
+  std::vector<CellField> cell_fields;
+};
+/// A .vtu file, in the encodings of read_mesh. Errors name the file: another file, more than one piece,
+/// damaged, truncated, cells of points that are not there, coordinates that are not finite, fields that are
+/// not of the cells. Values of fields may be anything.
+Result<CellFile> read_vtu(const std::filesystem::path& path);
+/// The same from memory; `name` stands for the path in errors.
+Result<CellFile> parse_vtu(std::span<const std::byte> bytes, const std::string& name);
+
 }  // namespace turgor

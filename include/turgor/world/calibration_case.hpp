@@ -17,6 +17,7 @@
 #include "turgor/geometry/voxel_solid.hpp"
 #include "turgor/tissue/solid.hpp"
 #include "turgor/world/parameter_groups.hpp"
+#include "turgor/world/solid_constants.hpp"
 
 namespace turgor {
 
@@ -69,9 +70,6 @@ struct ReferenceRegion {
   RestRegion region;  ///< of cubes' centres; later ones go before earlier ones
 };
 
-/// Of edges, triangles and tetrahedra.
-inline constexpr std::array<std::string_view, 3> kSolidConstants = {"k_d", "k_a", "k_v"};
-
 /// Tetrahedra that keep lengths, areas and volumes (world/solid_fit.hpp): fitted are their stiffnesses in MPa
 /// at the nodes of a grid over the body.
 struct TetrahedraModel {
@@ -116,9 +114,6 @@ struct PreparedLoad {
   std::vector<Vec3> reaction_n;   ///< on each displaced point
   double reference_residual = 0;  ///< of its solution
 };
-
-/// MPa, of each edge, triangle and tetrahedron; times those of elements() the constants in N·mm.
-using SolidConstants = std::array<std::vector<double>, 3>;
 
 /// Everything before the search. Movable; what problem() returns points into it.
 class CalibrationCase {

@@ -10,6 +10,7 @@
 #include "turgor/geometry/tetra_embedding.hpp"
 #include "turgor/geometry/voxel_solid.hpp"
 #include "turgor/tissue/solid.hpp"
+#include "turgor/world/solid_constants.hpp"
 
 namespace turgor {
 
@@ -26,12 +27,13 @@ struct SolidOptions {
   int neighbours = SolidSkin::kNeighbours;  ///< of `frames`
 };
 
-/// Immutable but for what edits change: which points are mobile, and how stiff the tetrahedra are.
+/// Immutable but for what edits change: which points are mobile, and how stiff the elements are.
 struct SolidPart {
   SolidOptions options;
   SolidMesh mesh;                           ///< at rest
   std::vector<char> mobile;                 ///< one a point
   std::vector<double> stiffness;            ///< factor of the material's, one a tetrahedron
+  SolidConstants constants;                 ///< calibrated, in place of the material's; else empty
   Solid elements;                           ///< over the mesh's points
   std::vector<double> mass_g;               ///< one a point
   TriMesh skin;                             ///< the shown surface at rest
@@ -48,7 +50,7 @@ Result<void> complete_solid_part(SolidPart& part, std::span<const Vec3> position
 /// Errors: those of voxelise(); a material out of range; a surface too large.
 Result<SolidPart> make_solid_part(const TriMesh& surface, const SolidOptions& options,
                                   const Context& context);
-/// Constants anew after `stiffness` has changed.
+/// Constants anew after `stiffness` or `constants` has changed. On error the elements stay as they were.
 Result<void> refresh_elements(SolidPart& part);
 
 }  // namespace turgor

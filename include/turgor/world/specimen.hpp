@@ -117,7 +117,7 @@ struct NamedGrab {
 };
 
 /// Contact of the surfaces of all solids with each other, and with themselves.
-struct ContactOptions {
+struct SolidContactOptions {
   double thickness = 0;  ///< distance at which surfaces meet; 0: a quarter of the smallest cube
   double stiffness = 0;  ///< force over depth; 0: twice the largest Young's modulus times that cube's edge
   double friction = 0.3;
@@ -210,8 +210,8 @@ class Specimen {
   [[nodiscard]] Grab lowered(const NamedGrab& grab) const;
   [[nodiscard]] Vec3 force_of(const NamedGrab& grab) const;
   /// nullopt: none. Errors: out of range.
-  Result<void> set_contact(const std::optional<ContactOptions>& options);
-  [[nodiscard]] const std::optional<ContactOptions>& contact() const { return contact_; }
+  Result<void> set_contact(const std::optional<SolidContactOptions>& options);
+  [[nodiscard]] const std::optional<SolidContactOptions>& contact() const { return contact_; }
   /// As the samples lie; surfaces are the solids in their order. Nothing before the first step after a
   /// change.
   [[nodiscard]] ContactMeasures contact_measures() const {
@@ -224,6 +224,10 @@ class Specimen {
   // Of solids `scale_stiffness` changes tetrahedra and `set_mobile` points; the others are of fleshes.
   Result<int> scale_growth(const std::string& body, const Region& region, double factor);
   Result<int> scale_stiffness(const std::string& body, const Region& region, double factor);
+  /// Calibrated constants in place of those of the solid's material; scale_stiffness() goes on to scale them.
+  /// None at all: the material's again.
+  /// Errors: no such solid; those of set_constants().
+  Result<void> set_solid_constants(const std::string& solid, SolidConstants constants);
   Result<int> set_mobile(const std::string& body, const Region& region, bool mobile);
   /// Volume-preserving prisms between the layers: modulus and inversion guard, MPa.
   Result<int> set_volume(const std::string& body, double modulus, double guard);
@@ -319,7 +323,7 @@ class Specimen {
   std::vector<Collision> collisions_;
   std::vector<Attachment> attachments_;
   std::vector<NamedGrab> grabs_;
-  std::optional<ContactOptions> contact_;
+  std::optional<SolidContactOptions> contact_;
   std::vector<std::optional<SampleRef>> handles_;
   Vec3 gravity_;
   double damping_ = 0;

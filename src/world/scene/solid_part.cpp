@@ -49,6 +49,8 @@ TriMesh SolidPart::shown(std::span<const Vec3> positions) const {
 }
 
 Result<void> refresh_elements(SolidPart& part) {
+  if (!part.constants[2].empty())
+    return set_constants(part.elements, part.mesh.points, part.constants, part.stiffness);
   const SolidStiffness whole = stiffness_of(part.options.material);
   std::vector<SolidStiffness> each;
   for (const double factor : part.stiffness)

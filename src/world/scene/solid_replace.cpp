@@ -47,6 +47,23 @@ std::vector<double> carried_stiffness(const SolidMesh& mesh, const TetraEmbeddin
   return out;
 }
 
+/// Calibrated constants for the new mesh: means, as a mesh without a calibration of its own.
+Result<void> carry_constants(const SolidPart& old, const TetraEmbedding& from_old, SolidPart& part) {
+  if (old.constants[2].empty()) return {};
+  const std::vector<SolidStiffness> was = means_of_tetrahedra(old.elements, old.constants);
+  std::array<std::vector<double>, 3> carried;
+  constexpr std::array kinds{&SolidStiffness::length, &SolidStiffness::area, &SolidStiffness::volume};
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<double> one(was.size());
+    std::transform(was.begin(), was.end(), one.begin(), [&](const SolidStiffness& s) { return s.*kinds[c]; });
+    carried[c] = carried_stiffness(part.mesh, from_old, one);
+  }
+  std::vector<SolidStiffness> now(carried[0].size());
+  for (std::size_t t = 0; t < now.size(); ++t) now[t] = {carried[0][t], carried[1][t], carried[2][t]};
+  TURGOR_TRY(part.constants, constants_of(part.elements, part.mesh.points, now));
+  return refresh_elements(part);
+}
+
 }  // namespace
 
 Result<void> Specimen::replace_solid(int body, SolidPart part, const TetraEmbedding& from_old,
@@ -149,6 +166,7 @@ Result<void> finish_remesh(Scene& scene, RemeshTask& task) {
   part.skin = old.skin;
   part.stiffness = carried_stiffness(part.mesh, made.from_old, old.stiffness);
   TURGOR_CHECK(complete_solid_part(part, made.positions, task.skin));
+  TURGOR_CHECK(carry_constants(old, made.from_old, part));
   return scene.specimen.replace_solid(body, std::move(part), made.from_old,
                                       [&](int object) { return scene.pose(object); });
 }

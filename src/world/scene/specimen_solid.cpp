@@ -82,6 +82,20 @@ Result<int> Specimen::stiffen_solid(TissueBody& body, const Region& region, doub
   return changed;
 }
 
+Result<void> Specimen::set_solid_constants(const std::string& solid, SolidConstants constants) {
+  TURGOR_TRY(const int body, require_body(solid));
+  if (!bodies_[at(body)].solid)
+    return bad_input(fmt::format("'{}' is no solid", solid), "Name one that voxelize has made");
+  SolidPart& part = *bodies_[at(body)].solid;
+  std::swap(part.constants, constants);
+  if (auto done = refresh_elements(part); !done) {
+    part.constants = std::move(constants);
+    return done.error();
+  }
+  forget_model();
+  return {};
+}
+
 Result<int> Specimen::fix_solid(TissueBody& body, const Region& region, bool mobile) {
   SolidPart& part = *body.solid;
   int changed = 0;
@@ -197,7 +211,7 @@ Result<void> Specimen::release(const std::string& name) {
 
 // ---- contact ----
 
-Result<void> Specimen::set_contact(const std::optional<ContactOptions>& options) {
+Result<void> Specimen::set_contact(const std::optional<SolidContactOptions>& options) {
   if (options) {
     for (const double x : {options->thickness, options->stiffness, options->friction}) {
       if (!(std::isfinite(x) && x >= 0))
