@@ -88,18 +88,6 @@ SampleError sample_error(const CalibrationCase& problem) {
   return make_sample_error(problem.problem(), problem.options().fit.measure);
 }
 
-void print_summary(const CalibrationCase& problem, const Fit& fit, const std::filesystem::path& folder) {
-  const char* unit = problem.options().fit.measure == ErrorMeasure::force ? "N" : "mm";
-  for (std::size_t l = 0; l < fit.loads.size(); ++l) {
-    const PreparedLoad& load = problem.loads()[l];
-    fmt::print("{:<16} {:<9} {:.4g} {} before, {:.4g} {} after, of {:.4g} {}\n", load.name,
-               load.held_out ? "held out" : "fitted", fit.loads[l].before, unit, fit.loads[l].after, unit,
-               fit.loads[l].reference, unit);
-  }
-  if (fit.stopped) fmt::print("stopped on request: this is the best found until then\n");
-  fmt::print("report: {}\n", (folder / "report.html").string());
-}
-
 /// The case of a problem file, with what the command line says of the search.
 Result<CalibrationCase> prepare(const Invocation& arguments, const Problem& problem, Context& context) {
   const std::filesystem::path file = arguments.path("problem");
@@ -146,9 +134,10 @@ Result<void> calibrate_face(const Invocation& arguments, const Problem& problem,
     const FaceMove& move = prepared->moves[m];
     const SkinDistance before = lower_third_distance(move, outcome.uncalibrated[m]),
                        after = lower_third_distance(move, outcome.calibrated[m]);
-    fmt::print("{:<16} {:<9} mean {:.2f} mm, 95 % {:.2f} mm before; {:.2f} mm, {:.2f} mm after\n", move.name,
-               move.held_out ? "held out" : "fitted", before.mean, before.percentile_95, after.mean,
-               after.percentile_95);
+    fmt::print(
+        "{:<16} {:<9} mean {:.2f} mm, 95 % {:.2f} mm before; {:.2f} mm, {:.2f} mm after; of {:.2f} mm\n",
+        move.name, move.held_out ? "held out" : "fitted", before.mean, before.percentile_95, after.mean,
+        after.percentile_95, reference_movement(move).mean);
   }
   fmt::print("report: {}\n", (folder / "report.html").string());
   return {};
@@ -172,7 +161,9 @@ Result<void> run_calibrate(const Invocation& arguments, const std::string& comma
       prepared, outcome, {program_version, command_line, problem.name, problem.text()}};
   TURGOR_CHECK(
       write_folder(folder, [&](const auto& path) { return write_calibration(results, path, context); }));
-  print_summary(prepared, outcome.fit, folder);
+  fmt::print("{}", calibration_summary(results));
+  if (outcome.fit.stopped) fmt::print("stopped on request: this is the best found until then\n");
+  fmt::print("report: {}\n", (folder / "report.html").string());
   return {};
 }
 

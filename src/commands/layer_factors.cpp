@@ -1,5 +1,6 @@
 // What a calibration of a face has found, read from its calibration.json.
-#include <cmath>
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "turgor/commands/problem.hpp"
@@ -16,7 +17,7 @@ Result<LayerFactors> read_layer_factors(const std::filesystem::path& path) {
   const json* const model = all.is_object() && all.contains("model") ? &all["model"] : nullptr;
   if (model == nullptr || !model->is_object() || model->value("kind", json()) != "network") return wrong;
   const json nodes = model->value("grid_nodes", json()), parameters = all.value("parameters", json());
-  if (!nodes.is_array() || nodes.size() != 3 || !parameters.is_array()) return wrong;
+  if (!nodes.is_array() || nodes.size() != 3 || !parameters.is_array() || parameters.empty()) return wrong;
   LayerFactors out;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!nodes[a].is_number_integer() || nodes[a] < 1 || nodes[a] > 1000) return wrong;
@@ -27,6 +28,11 @@ Result<LayerFactors> read_layer_factors(const std::filesystem::path& path) {
     const json name = p.value("name", json()), value = p.value("value", json());
     if (!name.is_string() || !value.is_number()) return wrong;
     out.factors.emplace_back(name.get<std::string>(), value.get<double>());
+    if (!(out.factors.back().second > 0)) {
+      return Error{ErrorKind::bad_input,
+                   fmt::format("the factor of {} is {}", out.factors.back().first, out.factors.back().second),
+                   path.string(), "It must be above 0: calibrate again"};
+    }
   }
   return out;
 }

@@ -35,6 +35,11 @@ Vec3 three_numbers(const Invocation& c, std::string_view parameter) {
   return {n[0], n[1], n[2]};
 }
 
+/// What went wrong with the file that a parameter names.
+Error told_at(const Invocation& c, const Error& error, std::string_view parameter) {
+  return c.error(error.where.empty() ? error.what : error.where + ": " + error.what, error.remedy, parameter);
+}
+
 RestRegion region_of(const Invocation& c) {
   RestRegion region;
   region.where = c.place().text();
@@ -76,11 +81,7 @@ double longest_side(const TriMesh& surface) {
 
 Result<void> surface_body(const Invocation& c, Reader& r) {
   auto surface = read_mesh(c.path("surface"));
-  if (!surface) {
-    const Error& error = surface.error();
-    return c.error(error.where.empty() ? error.what : error.where + ": " + error.what, error.remedy,
-                   "surface");
-  }
+  if (!surface) return told_at(c, surface.error(), "surface");
   SurfaceBody body{*std::move(surface), voxels_of(c)};
   if (c.word("fill") == "winding") body.voxels.fill = VoxelOptions::Fill::winding;
   if (c.given("width")) {
@@ -115,8 +116,9 @@ Result<void> face_body(const Invocation& c, Reader& r) {
 Result<void> begin_load(const Invocation& c, Reader& r) {
   auto& loads = r.options.loads;
   if (c.given("plan")) {
-    TURGOR_TRY(Plan plan, read_plan(c.path("plan")));
-    r.face.loads.push_back({c.word("name"), c.flag("held_out"), std::move(plan), c.place().text()});
+    auto plan = read_plan(c.path("plan"));
+    if (!plan) return told_at(c, plan.error(), "plan");
+    r.face.loads.push_back({c.word("name"), c.flag("held_out"), *std::move(plan), c.place().text()});
   }
   if (std::ranges::find(loads, c.word("name"), &CalibrationLoad::name) != loads.end())
     return c.error("there is a load '" + c.word("name") + "' already", "Give each load its own name", "name");

@@ -30,40 +30,32 @@ std::string deviation_text(const FitParameter& p, double value, double deviation
              : fmt::format("± {:.2g} %", 100 * deviation);
 }
 
-const char* unit_of(const CalibrationResults& results) {
-  return results.problem.options().fit.measure == ErrorMeasure::force ? "N" : "mm";
-}
-
-std::string part(double v, double of) {
-  if (!std::isfinite(v) || !(of > 0)) return "";
-  const double percent = 100 * v / of;
-  return percent < 10 ? fmt::format("{:.2g} %", percent) : fmt::format("{:.0f} %", percent);
-}
-
 std::string head(const CalibrationResults& results) {
   const SolidMesh& mesh = results.problem.mesh();
+  Box3 box;
+  for (const Vec3& p : mesh.points) box.extend(p);
+  const Vec3 size = box.size() / 1000;
   return fmt::format(
       "<header><p class=\"brand\">Turgor {}</p><h1>Calibration: {}</h1>\n"
-      "<p class=\"facts\">{} cubes of {:.3g} mm as {} tetrahedra, {} points, {} of them held &middot; {} "
+      "<p class=\"facts\">{:.3g} &times; {:.3g} &times; {:.3g} m, {} cubes of {:.3g} mm as {} tetrahedra, {} "
+      "points, {} of them held &middot; {} "
       "loads &middot; {} parameters</p></header>\n",
-      escape(results.record.version), escape(results.record.problem_name), mesh.tetrahedra.size() / 5,
-      mesh.spacing, mesh.tetrahedra.size(), mesh.points.size(), results.problem.held().size(),
-      results.problem.loads().size(), results.problem.problem().parameters.size());
+      escape(results.record.version), escape(results.record.problem_name), size.x, size.y, size.z,
+      mesh.tetrahedra.size() / 5, mesh.spacing, mesh.tetrahedra.size(), mesh.points.size(),
+      results.problem.held().size(), results.problem.loads().size(),
+      results.problem.problem().parameters.size());
 }
 
 // The one sentence that a reader in a hurry takes along.
 std::string summary(const CalibrationResults& results) {
   const Fit& fit = results.outcome.fit;
-  const char* unit = unit_of(results);
-  std::string text;
-  if (std::isfinite(fit.guess_error)) {
-    text = fmt::format("The error falls from <b>{:.3g} {}</b> to <b>{:.3g} {}</b>", fit.guess_error, unit,
-                       fit.error, unit);
-  } else {
-    text =
-        fmt::format("The uncalibrated body does not come to rest; calibrated, the error is <b>{:.3g} {}</b>",
-                    fit.error, unit);
-  }
+  const std::string after = error_text(results, fit.error);
+  std::string text =
+      std::isfinite(fit.guess_error)
+          ? fmt::format("The error falls from <b>{}</b> to <b>{}</b>", error_text(results, fit.guess_error),
+                        after)
+          : fmt::format("The uncalibrated body does not come to rest; calibrated, the error is <b>{}</b>",
+                        after);
   double reference = 0, count = 0;
   for (std::size_t l = 0; l < fit.loads.size(); ++l)
     if (!results.problem.loads()[l].held_out) reference += fit.loads[l].reference, ++count;
@@ -89,15 +81,14 @@ std::string load_table(const CalibrationResults& results) {
     rows.push_back(
         {escape(load.name),
          std::string(load.held_out ? "held out" : "calibrated with") + (load.probe ? ", made up" : ""),
-         number(fit.reference), number(fit.before), part(fit.before, fit.reference), number(fit.after),
-         part(fit.after, fit.reference)});
+         error_text(results, fit.reference), error_text(results, fit.before),
+         part_text(fit.before, fit.reference), error_text(results, fit.after),
+         part_text(fit.after, fit.reference)});
   }
-  const std::string unit = unit_of(results);
-  return html::table({"Load", "", "reference " + unit, "error before " + unit, "", "error after " + unit, ""},
-                     rows) +
-         "<p>Root mean squares over all points; the reference's is that of its distance from rest. Loads "
-         "held "
-         "out were not seen by the search: they tell how the constants carry over.</p>\n";
+  return html::table({"Load", "", "reference", "error before", "of it", "error after", "of it"}, rows) +
+         "<p>Root mean squares over all points; the reference's is that of its distance from rest, of which "
+         "errors are parts. Loads held out were not seen by the search: they tell how the constants carry "
+         "over.</p>\n";
 }
 
 /// Least, median and greatest over the nodes, of each kind of parameter.
@@ -115,7 +106,8 @@ std::string constant_table(const CalibrationResults& results) {
                     number(one.guess), number(values.front()), number(values[values.size() / 2]),
                     number(values.back())});
   }
-  return html::table({"Parameter", "", "guess", "least", "median", "greatest"}, rows) +
+  return "<p>" + escape(guess_text(results)) + ".</p>\n" +
+         html::table({"Parameter", "", "guess", "least", "median", "greatest"}, rows) +
          "<p>A stiffness, times the rest volume that an element stands for (a sixth of each tetrahedron "
          "around "
          "an edge, a quarter of each around a triangle), is the element's constant. constants.vtu has both "

@@ -42,7 +42,7 @@ Json reference_json(const CalibrationCase& problem) {
 
 Json model_json(const CalibrationCase& problem) {
   const TetrahedraModel& m = problem.options().model;
-  const SolidStiffness s = stiffness_of(m.guess);
+  const auto [k_d, k_a, k_v] = guess_mpa(problem);
   return {{"kind", "tetrahedra"},
           {"grid_nodes", m.grid},
           {"proportional", m.proportional},
@@ -51,9 +51,9 @@ Json model_json(const CalibrationCase& problem) {
            {{"youngs_modulus_mpa", m.guess.youngs_modulus_mpa},
             {"poissons_ratio", m.guess.poissons_ratio},
             {"area_share", m.guess.area_share},
-            {"k_d_mpa", s.length},
-            {"k_a_mpa", s.area},
-            {"k_v_mpa", s.volume}}},
+            {"k_d_mpa", k_d},
+            {"k_a_mpa", k_a},
+            {"k_v_mpa", k_v}}},
           {"bounds_of_guess", {m.low, m.high}}};
 }
 
@@ -62,8 +62,15 @@ Json share(double error, double reference) {
   return reference > 0 ? finite(error / reference) : Json(nullptr);
 }
 
+/// Lengths in metres besides; forces have none.
+void add_metres(Json& to, bool lengths, std::initializer_list<std::pair<const char*, double>> values) {
+  if (!lengths) return;
+  for (const auto& [name, mm] : values) to[name] = finite(mm / 1000);
+}
+
 Json loads_json(const CalibrationResults& results) {
   Json out = Json::array();
+  const bool lengths = results.problem.options().fit.measure != ErrorMeasure::force;
   for (std::size_t l = 0; l < results.problem.loads().size(); ++l) {
     const PreparedLoad& load = results.problem.loads()[l];
     const LoadFit& fit = results.outcome.fit.loads[l];
@@ -80,6 +87,9 @@ Json loads_json(const CalibrationResults& results) {
                    {"error_after", finite(fit.after)},
                    {"part_before", share(fit.before, fit.reference)},
                    {"part_after", share(fit.after, fit.reference)}});
+    add_metres(
+        out.back(), lengths,
+        {{"reference_m", fit.reference}, {"error_before_m", fit.before}, {"error_after_m", fit.after}});
   }
   return out;
 }
@@ -143,21 +153,22 @@ std::string calibration_json(const CalibrationResults& results, const Context& c
   const Fit& fit = results.outcome.fit;
   const bool force = results.problem.options().fit.measure == ErrorMeasure::force;
   const auto correlation = modulus_correlation(results.problem, results.outcome.stiffness);
-  const Json out{{"program", "turgor " + results.record.version},
-                 {"command_line", results.record.command_line},
-                 {"problem", {{"file", results.record.problem_name}, {"text", results.record.problem_text}}},
-                 {"body", body_json(results.problem)},
-                 {"reference", reference_json(results.problem)},
-                 {"model", model_json(results.problem)},
-                 {"search", search_json(results.problem.options().fit, fit)},
-                 {"error_unit", force ? "N" : "mm"},
-                 {"error_before", finite(fit.guess_error)},
-                 {"error_after", finite(fit.error)},
-                 {"modulus_correlation", correlation ? Json(*correlation) : Json(nullptr)},
-                 {"loads", loads_json(results)},
-                 {"parameters", parameters_json(results.problem.problem().parameters, fit)},
-                 {"samples", samples_json(fit)},
-                 {"run", notes_json(context)}};
+  Json out{{"program", "turgor " + results.record.version},
+           {"command_line", results.record.command_line},
+           {"problem", {{"file", results.record.problem_name}, {"text", results.record.problem_text}}},
+           {"body", body_json(results.problem)},
+           {"reference", reference_json(results.problem)},
+           {"model", model_json(results.problem)},
+           {"search", search_json(results.problem.options().fit, fit)},
+           {"error_unit", force ? "N" : "mm"},
+           {"error_before", finite(fit.guess_error)},
+           {"error_after", finite(fit.error)}};
+  add_metres(out, !force, {{"error_before_m", fit.guess_error}, {"error_after_m", fit.error}});
+  out["modulus_correlation"] = correlation ? Json(*correlation) : Json(nullptr);
+  out["loads"] = loads_json(results);
+  out["parameters"] = parameters_json(results.problem.problem().parameters, fit);
+  out["samples"] = samples_json(fit);
+  out["run"] = notes_json(context);
   return out.dump(2) + "\n";
 }
 

@@ -37,11 +37,6 @@ double nearly_greatest(std::vector<double> values) {
   return *rank;
 }
 
-/// "0.084 mm", "did not come to rest".
-std::string error_text(double error, const char* unit) {
-  return std::isfinite(error) ? fmt::format("{:.3g} {}", error, unit) : "did not come to rest";
-}
-
 /// Another shape of the body, drawn as a line.
 struct Outline {
   std::span<const Vec3> positions;
@@ -66,7 +61,6 @@ class Studio {
     const std::vector<double> before = distances(shapes.guess, load.reference),
                               after = distances(shapes.calibrated, load.reference);
     const double top = round_up(std::max(nearly_greatest(before), nearly_greatest(after)));
-    const char* unit = results_.problem.options().fit.measure == ErrorMeasure::force ? "N" : "mm";
     std::vector<Image> panels;
     const auto add = [&](const Image& image, const std::string& caption) {
       panels.push_back(captioned(image, caption));
@@ -78,9 +72,9 @@ class Studio {
     TURGOR_TRY(const Image reference, shape(load.reference, {}, 1, from_rest));
     add(reference, "(b) reference");
     TURGOR_TRY(const Image guess, shape(shapes.guess, before, top, from_reference));
-    add(guess, "(c) uncalibrated: " + error_text(fit.before, unit));
+    add(guess, "(c) uncalibrated: " + error_text(results_, fit.before));
     TURGOR_TRY(const Image calibrated, shape(shapes.calibrated, after, top, from_reference));
-    add(calibrated, "(d) calibrated: " + error_text(fit.after, unit));
+    add(calibrated, "(d) calibrated: " + error_text(results_, fit.after));
     return Picture{
         fmt::format("load_{}", l + 1),
         fmt::format(

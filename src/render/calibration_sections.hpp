@@ -1,12 +1,14 @@
 // What reports of a calibration share, whatever the body: parameters and search. Internal to render.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "render/json.hpp"
 #include "turgor/calibration/calibrate.hpp"
 #include "turgor/render/case_pictures.hpp"
+#include "turgor/world/calibration_case.hpp"
 
 namespace turgor::render_detail {
 
@@ -18,6 +20,10 @@ Json samples_json(const Fit& fit);
 /// Notices and times.
 Json notes_json(const Context& context);
 
+/// k_d, k_a and k_v of the uncalibrated guess, the same for all elements.
+std::array<double, 3> guess_mpa(const CalibrationCase& problem);
+/// In per cent; empty where it cannot be told.
+std::string part_text(double v, double of);
 /// Those whose name begins with `prefix`, in a row.
 std::string pictures_of(const std::vector<Picture>& pictures, std::string_view prefix);
 std::string parameter_table(const std::vector<FitParameter>& parameters, const Fit& fit);

@@ -104,29 +104,50 @@ std::array<SkinDistance, 2> before_and_after(const FaceCalibrationResults& resul
 std::string distance_table(const FaceCalibrationResults& results) {
   std::vector<std::vector<std::string>> rows;
   const auto mm = [](double v) { return fmt::format("{:.2f}", v); };
+  const auto with_part = [&](double v, double of) {
+    return of > 0 ? fmt::format("{:.2f}&nbsp;({:.2g}&nbsp;%)", v, 100 * v / of) : mm(v);
+  };
   for (std::size_t m = 0; m < results.moves.size(); ++m) {
     const FaceMove& move = results.moves[m];
     const auto [before, after] = before_and_after(results, m);
-    rows.push_back({escape(move.name), move.held_out ? "held out" : "calibrated with", mm(before.mean),
-                    mm(before.percentile_95), mm(after.mean), mm(after.percentile_95),
+    const double of = reference_movement(move).mean;
+    rows.push_back({escape(move.name), move.held_out ? "held out" : "calibrated with", mm(of),
+                    with_part(before.mean, of), mm(before.percentile_95), with_part(after.mean, of),
+                    mm(after.percentile_95),
                     fmt::format("{:.1f}", move.reference.setup_seconds + move.reference.solve_seconds),
                     fmt::format("{:.1f}", results.outcome.calibrated[m].solve_seconds)});
   }
-  return html::table({"Move", "", "mean before, mm", "95 % before", "mean after, mm", "95 % after",
-                      "reference, s", "network, s"},
+  return html::table({"Move", "", "reference moves, mm", "mean before, mm (of it)", "95 % before",
+                      "mean after, mm (of it)", "95 % after", "reference, s", "network, s"},
                      rows) +
          "<p>Distances of the network's skin from the reference's in the lower third of the face, over "
-         "points "
-         "that move by more than 0.1 mm in either. Moves held out were not seen by the search.</p>\n";
+         "points that move by more than 0.1 mm in either, and the reference's mean movement there. Moves "
+         "held out were not seen by the search.</p>\n";
 }
 
-std::string face_json(const FaceCalibrationResults& results, const Context& context) {
+}  // namespace
+
+SkinDistance lower_third_distance(const FaceMove& move, const Prediction& network) {
+  for (const auto& [name, within] : skin_parts(*move.patient))
+    if (name == kLowerThird) return compare(network, move.reference, within);
+  return compare(network, move.reference);
+}
+
+SkinDistance reference_movement(const FaceMove& move) {
+  Prediction rest;
+  rest.skin = move.patient->skin();
+  rest.displacement_mm.assign(rest.skin.points.size(), 0);
+  return lower_third_distance(move, rest);
+}
+
+std::string face_calibration_json(const FaceCalibrationResults& results, const Context& context) {
   Json moves = Json::array();
   for (std::size_t m = 0; m < results.moves.size(); ++m) {
     const FaceMove& move = results.moves[m];
     const auto [before, after] = before_and_after(results, m);
     moves.push_back({{"name", move.name},
                      {"calibrated_with", !move.held_out},
+                     {"lower_third_movement", distance_json(reference_movement(move))},
                      {"lower_third_before", distance_json(before)},
                      {"lower_third_after", distance_json(after)},
                      {"inverted_prisms", results.outcome.calibrated[m].inverted},
@@ -143,6 +164,8 @@ std::string face_json(const FaceCalibrationResults& results, const Context& cont
                  {"error_unit", "mm"},
                  {"error_before", finite(fit.guess_error)},
                  {"error_after", finite(fit.error)},
+                 {"error_before_m", finite(fit.guess_error / 1000)},
+                 {"error_after_m", finite(fit.error / 1000)},
                  {"loads", moves},
                  {"parameters", parameters_json(results.face.problem.parameters, fit)},
                  {"samples", samples_json(fit)},
@@ -150,22 +173,24 @@ std::string face_json(const FaceCalibrationResults& results, const Context& cont
   return out.dump(2) + "\n";
 }
 
-std::string face_html(const FaceCalibrationResults& results, const std::vector<Picture>& pictures,
-                      const std::string& json, const Context& context) {
+std::string face_calibration_html(const FaceCalibrationResults& results, const std::vector<Picture>& pictures,
+                                  std::string_view json, const Context& context) {
   const Fit& fit = results.outcome.fit;
   std::string page =
       report_head("Calibration") +
       fmt::format(
           "<header><p class=\"brand\">Turgor {}</p><h1>Calibration: {}</h1>\n<p class=\"facts\">layered "
           "network of the face &middot; {} moves &middot; {} parameters</p></header>\n<p "
-          "class=\"lead\">The error falls from <b>{:.3g} mm</b> to <b>{:.3g} mm</b>, root mean square "
-          "over the skin, the lower third before all.{}</p>\n",
+          "class=\"lead\">The error falls from <b>{:.3g} mm ({:.3g} m)</b> to <b>{:.3g} mm ({:.3g} m)</b>, "
+          "root "
+          "mean square over the skin, the lower third before all.{}</p>\n",
           escape(results.record.version), escape(results.record.problem_name), results.moves.size(),
-          fit.parameters.size(), fit.guess_error, fit.error,
+          fit.parameters.size(), fit.guess_error, fit.guess_error / 1000, fit.error, fit.error / 1000,
           fit.stopped ? " <b>The search was stopped by the user.</b>" : "");
   page += section("Distances", distance_table(results));
   page += section("Faces", pictures_of(pictures, "load_"));
-  page += section("Factors of the constants", parameter_table(results.face.problem.parameters, fit));
+  page += section("Factors of the constants", "<p>Uncalibrated, all factors are 1.</p>\n" +
+                                                  parameter_table(results.face.problem.parameters, fit));
   page += section("The search", search_section(results.search, fit, pictures));
   page += section("The problem", "<pre>" + escape(results.record.problem_text) + "</pre>\n");
   page +=
@@ -177,21 +202,13 @@ std::string face_html(const FaceCalibrationResults& results, const std::vector<P
   return page + std::string(report_tail);
 }
 
-}  // namespace
-
-SkinDistance lower_third_distance(const FaceMove& move, const Prediction& network) {
-  for (const auto& [name, within] : skin_parts(*move.patient))
-    if (name == kLowerThird) return compare(network, move.reference, within);
-  return compare(network, move.reference);
-}
-
 Result<void> write_face_calibration(const FaceCalibrationResults& results,
                                     const std::filesystem::path& folder, Context& context) {
   TURGOR_TRY(const std::vector<Picture> pictures, pictures_of_faces(results, context));
   const Stage stage(context, "files");
   TURGOR_CHECK(render_detail::write_pictures(pictures, folder / "pictures", context));
-  const std::string json = face_json(results, context);
-  TURGOR_CHECK(write_file(folder / "report.html", face_html(results, pictures, json, context)));
+  const std::string json = face_calibration_json(results, context);
+  TURGOR_CHECK(write_file(folder / "report.html", face_calibration_html(results, pictures, json, context)));
   return write_file(folder / "calibration.json", json);
 }
 

@@ -8,6 +8,7 @@ Json triple(const Vec3& v) {
 
 Json distance_json(const SkinDistance& d) {
   return {{"mean_mm", d.mean},
+          {"mean_m", d.mean / 1000},
           {"percentile_95_mm", d.percentile_95},
           {"greatest_mm", d.greatest},
           {"points", d.points}};

@@ -1,7 +1,10 @@
 // What a calibration finds: parameters, errors and deviations.
 #include "turgor/calibration/calibrate.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "calibration/analytic_problems.hpp"
 #include "turgor/core/random.hpp"
@@ -16,6 +19,14 @@ TEST(Calibrate, EachMethodFindsTheSpringsOfAChain) {
     const Chain chain;
     const Fit fit = fit_of(chain.problem, options_of(method, 4000));
     const bool derivatives = method == FitMethod::gauss_newton || method == FitMethod::gradient;
+    // As docs/models.md states them: of the search alone, and the worst stiffness at its end.
+    double worst = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      worst = std::max(worst, std::abs(fit.parameters[i] / chain.truth[i] - 1));
+    const std::string name(name_of(method));
+    RecordProperty(name + "_samples", static_cast<int>(std::ranges::count(
+                                          fit.samples, FitSample::Stage::search, &FitSample::stage)));
+    RecordProperty(name + "_worst", fmt::format("{:.1e}", worst));
     for (std::size_t i = 0; i < 3; ++i)
       EXPECT_NEAR(fit.parameters[i] / chain.truth[i], 1, derivatives ? 1e-5 : 0.03) << name_of(method);
     EXPECT_LT(fit.error, 1e-2 * fit.guess_error) << name_of(method);

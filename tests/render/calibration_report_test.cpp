@@ -13,11 +13,12 @@ namespace {
 /// A small box pressed on its upper side, and an outcome made by hand: the guess does not come to rest under
 /// the second load.
 struct PressedBox {
-  PressedBox() {
+  explicit PressedBox(double side = 10, bool proportional = false) {
     CalibrationOptions o;
-    o.body = BoxBody{{{0, 0, 0}, {10, 10, 10}}, 5};
+    o.body = BoxBody{{{0, 0, 0}, {side, side, side}}, side / 2};
+    o.model.proportional = proportional;
     RestRegion low, high;
-    low.beyond = Plane{{0, 0, -1}, 0}, high.beyond = Plane{{0, 0, 1}, 10};
+    low.beyond = Plane{{0, 0, -1}, 0}, high.beyond = Plane{{0, 0, 1}, side};
     o.held = {low};
     o.reference = {{{.youngs_modulus_mpa = 0.05, .poissons_ratio = 0.4}, {}}};
     const auto force = [&](const Vec3& f) {
@@ -77,13 +78,56 @@ TEST(CalibrationReport, PageTellsErrorsConstantsAndWhetherItWasStopped) {
   const auto has = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
-  for (const char* part : {"0.9 mm</b> to <b>0.08 mm", "press &lt;1&gt;", "held out", "did not come to rest",
-                           "k_d", "± 2 %", "load &lt;press&gt;", "standard deviation"})
+  for (const char* part :
+       {"0.9 mm (0.0009 m)</b> to <b>0.08 mm (8e-05 m)", "60 %", "5.3 %", "press &lt;1&gt;", "held out",
+        "did not come to rest", "k_d", "± 2 %", "load &lt;press&gt;", "standard deviation"})
     EXPECT_TRUE(has(page, part)) << part;
   EXPECT_FALSE(has(page, "http")) << "no outside links";
   EXPECT_FALSE(has(page, "topped by the user"));
   box.outcome.fit.stopped = true;
   EXPECT_TRUE(has(page_of(), "stopped by the user"));
+}
+
+TEST(CalibrationReport, MetresAreStatedAndGoFirstFrom100MmOn) {
+  const PressedBox small, large(100);
+  EXPECT_EQ(error_text(small.results(), 1.5), "1.5 mm (0.0015 m)");
+  EXPECT_EQ(error_text(large.results(), 1.5), "0.0015 m (1.5 mm)");
+  EXPECT_EQ(error_text(large.results(), std::numeric_limits<double>::infinity()), "did not come to rest");
+  const auto json = nlohmann::json::parse(calibration_json(large.results(), Context{}));
+  EXPECT_DOUBLE_EQ(json["error_before_m"], 0.0009);
+  EXPECT_DOUBLE_EQ(json["error_after_m"], 0.00008);
+  for (const auto& load : json["loads"])
+    EXPECT_DOUBLE_EQ(load["reference_m"].get<double>(), load["reference"].get<double>() / 1000);
+  EXPECT_DOUBLE_EQ(json["loads"][0]["error_before_m"], 0.0009);
+  EXPECT_DOUBLE_EQ(json["loads"][0]["error_after_m"], 0.00008);
+  EXPECT_TRUE(json["loads"][1]["error_before_m"].is_null());
+}
+
+TEST(CalibrationReport, TheUncalibratedGuessIsStatedAsItWas) {
+  for (const bool proportional : {false, true}) {
+    const PressedBox box(10, proportional);
+    const SolidStiffness closed_form = stiffness_of(box.problem->options().model.guess);
+    const auto guess = nlohmann::json::parse(calibration_json(box.results(), Context{}))["model"]["guess"];
+    EXPECT_NEAR(guess["k_d_mpa"], closed_form.length, 1e-12 * closed_form.length);
+    EXPECT_NEAR(guess["k_a_mpa"], closed_form.area, 1e-12 * closed_form.area);
+    EXPECT_NEAR(guess["k_v_mpa"], closed_form.volume, 1e-12 * closed_form.volume);
+    const std::string text = guess_text(box.results());
+    for (const char* part : {"modulus 0.015 MPa", "ratio 0.45", "k_d = 0.06207 MPa", "k_a = ", "k_v = "})
+      EXPECT_NE(text.find(part), std::string::npos) << text;
+    const std::string page = calibration_html(box.results(), {}, "{}", Context{});
+    EXPECT_NE(page.find("k_d = 0.06207 MPa"), std::string::npos);
+  }
+}
+
+TEST(CalibrationReport, ATerminalIsToldOfTheGuessAndOfEachLoad) {
+  const PressedBox box(100);
+  const std::string text = calibration_summary(box.results());
+  for (const char* part :
+       {"Uncalibrated guess: Young's",
+        "fitted    before: 0.0009 m (0.9 mm) = 60 %; after: 8e-05 m (0.08 mm) = 5.3 %; of 0.0015 m (1.5 "
+        "mm)\n",
+        "held out  before: did not come to rest; after: 0.0001 m (0.1 mm) = 8.3 %; of 0.0012 m (1.2 mm)\n"})
+    EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
 TEST(CalibrationReport, WritesPicturesShapesAndConstants) {

@@ -26,6 +26,14 @@ struct CalibrationResults {
   CalibrationRecord record;
 };
 
+/// An error, or a size that errors are compared with: forces in N; lengths in metres and mm, of bodies below
+/// 0.1 m in mm first: "0.104 m (104 mm)". "did not come to rest" where it is not finite.
+std::string error_text(const CalibrationResults& results, double error);
+/// The material of the uncalibrated guess and its constants, the same throughout: one line.
+std::string guess_text(const CalibrationResults& results);
+/// For a terminal: the guess, and of each load the errors before and after, and the reference; a line each.
+std::string calibration_summary(const CalibrationResults& results);
+
 /// calibration.json, report.html, pictures, shapes of each load and the calibrated constants, into `folder`
 /// (which exists; callers stage it).
 Result<void> write_calibration(const CalibrationResults& results, const std::filesystem::path& folder,
@@ -41,8 +49,7 @@ std::string calibration_json(const CalibrationResults& results, const Context& c
 /// One file without outside links; it ends with `json`, that of calibration_json().
 std::string calibration_html(const CalibrationResults& results, const std::vector<Picture>& pictures,
                              std::string_view json, const Context& context);
-/// constants.vtu: the edges, triangles and tetrahedra of the model (2, 3 and 4 `corners`) at rest, with their
-/// calibrated constants k_d, k_a and k_v in N·mm as tissue/solid.hpp takes them, and as stiffness in MPa.
+/// constants.vtu: the calibrated constants (write_solid_constants()), for a scene to load.
 /// load_N.vtu: displacements and errors, mm, of reference, uncalibrated and calibrated model under that load;
 /// load_N_….ply: those shapes' surfaces.
 Result<void> write_calibration_meshes(const CalibrationResults& results, const std::filesystem::path& folder);
