@@ -128,8 +128,10 @@ inline constexpr Parameter kCubePoisson{
 inline constexpr Parameter kCubeResidual{
     .name = "residual",
     .range = between(1e-9, 0.1),
-    .fallback = "1e-4",
-    .help = "of fem: the equilibrium is reached when the force left is this part of the reactions",
+    .fallback = "0.02",
+    .help =
+        "of fem: the equilibrium is reached when the force left is this part of the reactions; 0.02 leaves "
+        "0.02 mm",
 };
 
 }  // namespace turgor::commands

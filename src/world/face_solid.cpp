@@ -143,6 +143,38 @@ void part(const LipSlit& slit, CellGrid& grid) {
   }
 }
 
+/// Whether tissue fills a block of two by two by two cells that this one is a part of.
+bool is_thick(const CellGrid& grid, int i, int j, int k) {
+  for (int block = 0; block < 8; ++block) {
+    bool full = true;
+    for (int cell = 0; cell < 8 && full; ++cell) {
+      const auto shift = [&](int axis) { return ((cell >> axis) & 1) - ((block >> axis) & 1); };
+      full = grid.cells[grid.index(i + shift(0), j + shift(1), k + shift(2))] == Cell::tissue;
+    }
+    if (full) return true;
+  }
+  return false;
+}
+
+/// Tissue a single cube thick that is not skin, as between the edges of teeth or along them, counts as air:
+/// it bears nothing, and would crumple.
+void drop_films(CellGrid& grid) {
+  std::vector<std::size_t> films;
+  for (int k = 1; k + 1 < grid.size[2]; ++k) {
+    for (int j = 1; j + 1 < grid.size[1]; ++j) {
+      for (int i = 1; i + 1 < grid.size[0]; ++i) {
+        if (grid.cells[grid.index(i, j, k)] != Cell::tissue || is_thick(grid, i, j, k)) continue;
+        bool skin = false;
+        for (int n = 0; n < 27; ++n)
+          skin = skin ||
+                 grid.cells[grid.index(i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1)] == Cell::outside;
+        if (!skin) films.push_back(grid.index(i, j, k));
+      }
+    }
+  }
+  for (const std::size_t c : films) grid.cells[c] = Cell::air;
+}
+
 /// The largest piece of cubes that share faces; the others count as air.
 void keep_largest(CellGrid& grid) {
   std::vector<int> piece(grid.count(), -1);
@@ -200,6 +232,7 @@ CellGrid classify(const Head& head, const LayeredTissue& tissue, const SurfaceQu
   }
   limit_depth(tissue, bone, grid);
   if (tissue.slit) part(*tissue.slit, grid);
+  drop_films(grid);
   keep_largest(grid);
   return grid;
 }

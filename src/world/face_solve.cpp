@@ -1,9 +1,6 @@
 #include "world/face_solve.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -14,15 +11,18 @@
 #include "turgor/tissue/solid.hpp"
 #include "world/face_skin.hpp"
 #include "world/face_supports.hpp"
+#include "world/solve_round.hpp"
 
 namespace turgor {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+/// How far a round goes.
+enum class Round { by_hooke, roughly, precisely };
+constexpr double kHookeResidual = 1e-2, kRoughResidual = 0.1;
+/// Quickest of 2 to 8 on the phantom's face.
+constexpr int kSmoothingSteps = 4;
+/// At 0.03 points of the skin are 0.014 mm from where they come to rest.
+constexpr double kUsableResidual = 0.03;
 
 std::vector<Vec3> positions_of(const FaceSolid& face, std::span<const Vec3> displacement_mm) {
   std::vector<Vec3> out(face.mesh.points.begin(), face.mesh.points.end());
@@ -34,18 +34,6 @@ std::vector<Vec3> displacement_of(const FaceSolid& face, std::span<const Vec3> p
   std::vector<Vec3> out(positions.begin(), positions.end());
   for (std::size_t n = 0; n < out.size(); ++n) out[n] -= face.mesh.points[n];
   return out;
-}
-
-// Short of the residual asked for the solver warns and the report states what was reached; beyond this it is
-// no answer.
-Result<void> check_usable(Solver solver, const EquilibriumResult& equilibrium) {
-  constexpr double usable_residual = 1e-2;
-  if (equilibrium.converged || equilibrium.relative_residual < usable_residual) return {};
-  return Error{ErrorKind::bad_input,
-               fmt::format("the tissue found no equilibrium (relative residual {:.1e} after {} steps)",
-                           equilibrium.relative_residual, equilibrium.newton_steps),
-               std::string(name_of(solver)),
-               "Move the bones less, or lower Poisson's ratio (solver fem -poisson 0.45)"};
 }
 
 /// Morris's tetrahedra of the same cubes.
@@ -73,7 +61,7 @@ class TetraFace {
   }
 
   Result<EquilibriumResult> solve(const FaceSupports& supports, std::vector<Contact> contacts,
-                                  const std::vector<Vec3>* start, double residual, Context& context) {
+                                  const std::vector<Vec3>* start, Round round, Context& context) {
     network_.contacts = std::move(contacts);
     PrescribedMotion motion;
     for (const NodeSupport& s : supports.held()) {
@@ -85,10 +73,12 @@ class TetraFace {
       }
     }
     EquilibriumOptions options = equilibrium_;
-    options.relative_residual = std::max(options.relative_residual, residual);
+    if (round != Round::precisely)
+      options.relative_residual = std::max(options.relative_residual, kHookeResidual);
     return solve_equilibrium(network_, motion, options, context, start);
   }
   [[nodiscard]] int springs() const { return springs_; }
+  [[nodiscard]] static Round after_hooke() { return Round::precisely; }
 
  private:
   TetraFace(const FaceSolid& face, const EquilibriumOptions& equilibrium) : equilibrium_(equilibrium) {
@@ -107,17 +97,22 @@ class ElasticFace {
   }
 
   Result<EquilibriumResult> solve(const FaceSupports& supports, std::vector<Contact> contacts,
-                                  const std::vector<Vec3>* start, double residual, Context& context) {
+                                  const std::vector<Vec3>* start, Round round, Context& context) {
     VoxelElasticityOptions options;
-    options.relative_residual = std::max(options_.relative_residual, residual);
+    options.relative_residual = round == Round::by_hooke  ? kHookeResidual
+                                : round == Round::roughly ? kRoughResidual
+                                                          : options_.relative_residual;
+    options.smoothing_steps = kSmoothingSteps;
     // Where nodes slide to is found by Hooke's law, at a fraction of the cost.
-    body_.materials.front().law = residual > 0 ? ElasticLaw::linear : options_.material.law;
+    body_.materials.front().law = round == Round::by_hooke ? ElasticLaw::linear : options_.material.law;
     TURGOR_TRY(const VoxelElasticity system,
                VoxelElasticity::prepare(face_.mesh, body_, {supports.held(), std::move(contacts)}, options,
                                         context));
     const std::vector<Vec3> from = start != nullptr ? displacement_of(face_, *start) : std::vector<Vec3>{};
     TURGOR_TRY(const ElasticSolution solution, system.solve({}, context, from));
-    TURGOR_TRY(stress_, system.stress(solution.displacement_mm));
+    if (round == Round::precisely) {
+      TURGOR_TRY(stress_, system.stress(solution.displacement_mm));
+    }
     EquilibriumResult out;
     out.positions = positions_of(face_, solution.displacement_mm);
     out.relative_residual = solution.relative_residual;
@@ -131,6 +126,9 @@ class ElasticFace {
     return out;
   }
   [[nodiscard]] const std::vector<ElementStress>& stress() const { return stress_; }
+  [[nodiscard]] Round after_hooke() const {
+    return options_.material.law == ElasticLaw::linear ? Round::precisely : Round::roughly;
+  }
 
  private:
   const FaceSolid& face_;
@@ -139,29 +137,30 @@ class ElasticFace {
   std::vector<ElementStress> stress_;
 };
 
-/// Solves, and lays the planes of the bone anew where nodes have slid, until they no longer enter it: roughly
-/// at first, then to the residual asked for.
+/// Solves, and lays the planes of the bone anew where nodes have slid, until they no longer enter it: first
+/// by Hooke's law, at a fraction of the cost, then roughly, then to the residual asked for.
 template <class System>
 Result<EquilibriumResult> settle(System& system, Solver solver, FaceSupports& supports, double* deepest_mm,
                                  Context& context) {
-  constexpr int max_rounds = 8;
-  constexpr double bearable_mm = 0.25, rough_residual = 1e-2;
+  constexpr int max_rounds = 10, hooke_rounds = 4;
+  constexpr double bearable_mm = 0.25;
   EquilibriumResult result;
   std::vector<Vec3> points = supports.start();
-  bool precise = false;
+  Round kind = Round::by_hooke;
   for (int round = 0; round < max_rounds; ++round) {
     const int steps = result.newton_steps, iterations = result.linear_iterations;
-    TURGOR_TRY(result, system.solve(supports, supports.contacts(points), round > 0 ? &points : nullptr,
-                                    precise ? 0 : rough_residual, context));
+    TURGOR_TRY(result, system.solve(supports, supports.contacts(points), round > 0 ? &points : nullptr, kind,
+                                    context));
     result.newton_steps += steps, result.linear_iterations += iterations;
-    TURGOR_CHECK(check_usable(solver, result));
+    TURGOR_CHECK(check_usable(solver, result, kUsableResidual));
     points = result.positions;
     const std::vector<double> depths = supports.depths(points);
     *deepest_mm = depths.empty() ? 0 : *std::max_element(depths.begin(), depths.end());
     const bool settled = *deepest_mm < bearable_mm;
-    if (settled && precise) break;
+    if (settled && kind == Round::precisely) break;
     if (round > 0 && round + 1 < max_rounds) supports.pin(points, bearable_mm);
-    precise = precise || settled || round + 3 >= max_rounds;
+    if (settled || round + 1 >= hooke_rounds)
+      kind = kind == Round::by_hooke ? system.after_hooke() : Round::precisely;
   }
   return result;
 }

@@ -1,20 +1,16 @@
 #include "world/tissue_solve.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "turgor/core/index.hpp"
+#include "world/solve_round.hpp"
 
 namespace turgor {
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+constexpr double kUsableResidual = 1e-2;
 
 // Adds places of inner ends to a motion, whose points stay sorted.
 void prescribe(const std::vector<std::pair<int, Vec3>>& ends, PrescribedMotion& motion) {
@@ -44,17 +40,6 @@ std::vector<double> depths_in_bone(const TissueMotion& tissue, const BoneContact
   return depths;
 }
 
-// Short of the residual asked for the solver warns and the report states what was reached; beyond this it is
-// no answer.
-Result<void> check_usable(const EquilibriumResult& equilibrium) {
-  constexpr double usable_residual = 1e-2;
-  if (equilibrium.converged || equilibrium.relative_residual < usable_residual) return {};
-  return Error{ErrorKind::bad_input,
-               fmt::format("the tissue found no equilibrium (relative residual {:.1e} after {} steps)",
-                           equilibrium.relative_residual, equilibrium.newton_steps),
-               "network", "Move the bones less, or lower Poisson's ratio (solver network -poisson 0.3)"};
-}
-
 }  // namespace
 
 // The chain knows no sliding: mucosa follows the bone that it lies on, as in the paper. Nor does it know
@@ -62,13 +47,13 @@ Result<void> check_usable(const EquilibriumResult& equilibrium) {
 Result<void> solve_chain(const PatientCase& patient, const ChainParameters& parameters,
                          const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction) {
   const LayeredTissue& layers = patient.tissue();
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   TURGOR_TRY(const SpringNetwork network, make_chain_network(layers));
   const ChainSolver chain(network);
   PrescribedMotion motion = tissue.motion;
   prescribe(tissue.mucosa, motion);
   prediction.setup_seconds = seconds_since(start);
-  auto begin = std::chrono::steady_clock::now();
+  auto begin = Clock::now();
   TURGOR_TRY(prediction.tissue_points, chain.solve(motion, parameters));
   prediction.solve_seconds = seconds_since(begin);
 
@@ -85,7 +70,7 @@ Result<void> solve_chain(const PatientCase& patient, const ChainParameters& para
   }
   if (!lifted.empty()) {
     prescribe(lifted, motion);
-    begin = std::chrono::steady_clock::now();
+    begin = Clock::now();
     TURGOR_TRY(prediction.tissue_points, chain.solve(motion, parameters));
     prediction.solve_seconds += seconds_since(begin);
   }
@@ -126,7 +111,7 @@ Result<EquilibriumResult> settle_network(const PatientCase& patient, const Equil
     const bool known = round > 0 || start != nullptr;
     TURGOR_TRY(result, solve_equilibrium(network, tissue.motion, now, context, known ? &points : nullptr));
     result.newton_steps += steps, result.linear_iterations += iterations;
-    TURGOR_CHECK(check_usable(result));
+    TURGOR_CHECK(check_usable(Solver::network, result, kUsableResidual));
     points = result.positions;
     const std::vector<double> depths = depths_in_bone(tissue, bone, layers, points);
     if (!depths.empty() && deepest_mm != nullptr) *deepest_mm = depths.back();
@@ -139,12 +124,12 @@ Result<EquilibriumResult> settle_network(const PatientCase& patient, const Equil
 Result<void> solve_network(const PatientCase& patient, const SolverOptions& options,
                            const TissueMotion& tissue, const BoneContact& bone, Prediction& prediction,
                            Context& context) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   const LayeredTissue& layers = patient.tissue();
   TURGOR_TRY(SpringNetwork network, make_network(layers, patient.options().material));
   TURGOR_CHECK(scale_layers(layers, options.factors, network));
   prediction.setup_seconds = seconds_since(start);
-  const auto begin = std::chrono::steady_clock::now();
+  const auto begin = Clock::now();
   TURGOR_TRY(prediction.equilibrium, settle_network(patient, options.equilibrium, tissue, bone, network,
                                                     nullptr, &prediction.deepest_contact_mm, context));
   prediction.solve_seconds = seconds_since(begin);

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "phantom_patient.hpp"
 #include "turgor/core/index.hpp"
 #include "turgor/core/parallel.hpp"
 #include "turgor/geometry/surface_query.hpp"
+#include "turgor/geometry/voxel_solid.hpp"
 #include "turgor/world/reference_bands.hpp"
 #include "world/face_skin.hpp"
 #include "world/face_supports.hpp"
@@ -70,6 +72,39 @@ TEST(FaceCubes, FillTheSoftTissueBetweenSkinAndBone) {
     layers_ml += 0.5 * length(triangle_normal(tissue.surface, t)) * depth * 1e-3;
   }
   EXPECT_NEAR(cubes_ml / layers_ml, 1.0, 0.35);
+}
+
+TEST(FaceCubes, HaveNoFilmsBetweenTeeth) {
+  const FaceSolid face = face_of(phantom_case(), 2);
+  const auto cubes = hexahedra(face.mesh);
+  const auto place = [&](std::size_t c) {
+    const Vec3 low = (face.mesh.points[at(cubes[c][0])] - face.mesh.points[0]) / face.mesh.spacing;
+    return Index3{static_cast<int>(std::lround(low.x)), static_cast<int>(std::lround(low.y)),
+                  static_cast<int>(std::lround(low.z))};
+  };
+  std::set<Index3> there;
+  for (std::size_t c = 0; c < cubes.size(); ++c) there.insert(place(c));
+  const auto in_block = [&](const Index3& p) {
+    for (int block = 0; block < 8; ++block) {
+      bool full = true;
+      for (int cell = 0; cell < 8 && full; ++cell) {
+        Index3 q = p;
+        for (std::size_t a = 0; a < 3; ++a) q[a] += ((cell >> a) & 1) - ((block >> a) & 1);
+        full = there.contains(q);
+      }
+      if (full) return true;
+    }
+    return false;
+  };
+  // Only skin may be a single cube thick, of nostrils too, which lie deeper below the surface of the layers.
+  int thin = 0, deep = 0;
+  for (std::size_t c = 0; c < cubes.size(); ++c) {
+    if (in_block(place(c))) continue;
+    ++thin;
+    deep += static_cast<double>(face.depth_mm[c]) > 2 * std::sqrt(3.0) * face.mesh.spacing ? 1 : 0;
+  }
+  EXPECT_GT(thin, 0);
+  EXPECT_LE(deep, 10);
 }
 
 TEST(FaceCubes, TheLipsShareNoNode) {

@@ -32,7 +32,7 @@ struct CubeOptions {
   double spacing_mm = 2.0;
   /// One tissue for the whole face: skin is thinner than a cube. Mooney-Rivlin of Nazari et al. (2010).
   ElasticMaterial material = ElasticMaterial::mooney_rivlin(0.0025, 0.001175, 0.49);
-  double relative_residual = 1e-4;  ///< of `fem`; above 0
+  double relative_residual = 2e-2;  ///< of `fem`; above 0. Leaves 0.02 mm on the skin (docs/benchmarks.md)
 };
 
 struct SolverOptions {
